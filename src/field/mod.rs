@@ -1,0 +1,1 @@
+//! Closest-point, insidedness and segment queries on a part.

@@ -1,0 +1,2 @@
+//! The `midsurf` command.
+fn main() {}
