@@ -1,1 +1,404 @@
-//! Closest-point, insidedness and segment queries on a part.
+//! The part as a field: nearest wall point, insidedness, segment hits.
+//!
+//! Later rooms ask here and never read triangles. Two trees hold the wall and
+//! the coping triangles; see `tree` for why their f32 boxes never lose one.
+//!
+//! # What is promised
+//!
+//! - Every answer is that of a brute-force search over all triangles, bit for
+//!   bit: it depends neither on the tree nor on the warm start.
+//! - On a tie of the computed distance the lowest [`FaceId`] wins.
+//! - Triangles without area take no part (their points lie on the edges of
+//!   their neighbours); [`Field::degenerate_faces`] counts them.
+//! - No input makes a query panic. A query point that is not finite gets an
+//!   answer whose distance is not finite.
+//!
+//! # What is not
+//!
+//! - Triangles more than 1e8 times longer than high are measured by their
+//!   edges alone: their interior may be missed by 1e-8 of their length.
+//! - A point farther than 1e6 diagonals from the part is answered right, but
+//!   slowly.
+
+mod hits;
+mod sign;
+#[cfg(test)]
+mod tests;
+mod topology;
+mod tree;
+mod triangle;
+
+use glam::DVec3;
+
+use crate::mesh::{FaceId, Part};
+use sign::Sign;
+use tree::{Frame, Query, Tree};
+use triangle::{Closest, Triangle};
+
+/// Nearest wall point to a query `p`; the footpoint vector is `point - p`.
+///
+/// Lengths in part units. On a tie the lowest triangle index wins, so the
+/// answer never depends on traversal order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footpoint {
+    /// Triangle that holds `point`: a wall triangle, except from
+    /// [`Field::nearest_coping`].
+    pub face: FaceId,
+    /// The nearest point, in part coordinates.
+    pub point: DVec3,
+    /// Unsigned; the side is `inside`'s to tell.
+    pub distance: f64,
+}
+
+/// A triangle that a segment touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Where, as a fraction of the way: 0 at the start, 1 at the end.
+    pub t: f64,
+    /// The triangle, wall or coping.
+    pub face: FaceId,
+}
+
+/// Nearest-point, insidedness and segment queries on one part.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// Wall triangles in leaf order, then coping, then degenerate ones.
+    triangles: Vec<Triangle>,
+    /// Place in `triangles` by face.
+    slots: Vec<u32>,
+    coping: Vec<bool>,
+    wall_tree: Tree,
+    coping_tree: Tree,
+    /// Lowest wall face that is in the tree.
+    first_wall: Option<FaceId>,
+    degenerate: usize,
+    frame: Frame,
+    bounds: (DVec3, DVec3),
+    sign: Sign,
+}
+
+impl Field {
+    /// The field of a part.
+    pub fn new(part: &Part) -> Field {
+        let mesh = part.mesh();
+        let corners = mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize]));
+        Field::from_triangles(corners.collect(), mesh.triangles.clone(), part.coping().to_vec())
+    }
+
+    /// The field of triangles given one by one.
+    ///
+    /// `corners[f]` are the corners of face `f`, counter-clockwise from
+    /// outside; `indices[f]` names its vertices, to tell which faces share an
+    /// edge; `coping[f]` tags it. Missing tags count as wall. If `indices` has
+    /// another length than `corners`, equal positions tell which vertices are
+    /// shared.
+    pub fn from_triangles(
+        corners: Vec<[DVec3; 3]>,
+        indices: Vec<[u32; 3]>,
+        mut coping: Vec<bool>,
+    ) -> Field {
+        coping.resize(corners.len(), false);
+        let bounds = bounds(&corners);
+        let frame = Frame::new(bounds.0, bounds.1);
+
+        let (mut wall, mut cope, mut degenerate) = (Vec::new(), Vec::new(), Vec::new());
+        for (i, &corners) in corners.iter().enumerate() {
+            let triangle = Triangle::new(corners, FaceId(i as u32));
+            if triangle.is_degenerate() {
+                degenerate.push(triangle);
+            } else if coping[i] {
+                cope.push(triangle);
+            } else {
+                wall.push(triangle);
+            }
+        }
+        let first_wall = wall.first().map(|t| t.face);
+        let degenerate_count = degenerate.len();
+
+        let wall_tree = Tree::build(&mut wall, frame, 0);
+        let coping_tree = Tree::build(&mut cope, frame, wall.len());
+        let in_trees = wall.len() + cope.len();
+        let mut triangles = wall;
+        triangles.append(&mut cope);
+        triangles.append(&mut degenerate);
+        let mut slots = vec![0; triangles.len()];
+        for (slot, triangle) in triangles.iter().enumerate() {
+            slots[triangle.face.index()] = slot as u32;
+        }
+        let sign = Sign::new(&triangles[..in_trees], &indices, [&wall_tree, &coping_tree], frame);
+        Field {
+            triangles,
+            slots,
+            coping,
+            wall_tree,
+            coping_tree,
+            first_wall,
+            degenerate: degenerate_count,
+            frame,
+            bounds,
+            sign,
+        }
+    }
+
+    /// The nearest point on the wall triangles.
+    ///
+    /// Without any wall triangle: face 0, a point that is not a number, at an
+    /// infinite distance.
+    pub fn footpoint(&self, p: DVec3) -> Footpoint {
+        self.finish_wall(p, self.search(&self.wall_tree, p, Best::none()))
+    }
+
+    /// The same answer as [`footpoint`](Field::footpoint), bit for bit, found
+    /// sooner when `hint` is a wall face near the answer.
+    ///
+    /// A hint that is not a wall face is ignored.
+    pub fn footpoint_near(&self, p: DVec3, hint: FaceId) -> Footpoint {
+        let mut best = Best::none();
+        if let Some(slot) = self.wall_slot(hint) {
+            best.offer(&self.triangles, slot, p);
+        }
+        self.finish_wall(p, self.search(&self.wall_tree, p, best))
+    }
+
+    /// The closest point of one triangle, of any kind.
+    ///
+    /// A face that does not exist has no closest point: the distance is
+    /// infinite.
+    pub fn footpoint_on(&self, p: DVec3, face: FaceId) -> Footpoint {
+        let Some(&slot) = self.slots.get(face.index()) else {
+            return no_footpoint(face);
+        };
+        let closest = self.triangles[slot as usize].closest(p);
+        Footpoint {
+            face,
+            point: closest.point,
+            distance: closest.square.sqrt(),
+        }
+    }
+
+    /// Puts the closest points of all wall triangles at a distance of at most
+    /// `radius` into `out`, sorted by face; what `out` held before is dropped.
+    pub fn footpoints_within(&self, p: DVec3, radius: f64, out: &mut Vec<Footpoint>) {
+        out.clear();
+        if radius.is_nan() || radius < 0.0 {
+            return;
+        }
+        let query = Query::new(self.frame, p);
+        let limit = query.limit(radius);
+        self.wall_tree.descend(&query, limit, |slots| {
+            for triangle in &self.triangles[slots] {
+                let closest = triangle.closest(p);
+                let distance = closest.square.sqrt();
+                if distance <= radius {
+                    out.push(Footpoint {
+                        face: triangle.face,
+                        point: closest.point,
+                        distance,
+                    });
+                }
+            }
+            limit
+        });
+        out.sort_unstable_by_key(|f| f.face);
+    }
+
+    /// The nearest point on the coping triangles, if one is at a distance of
+    /// at most `max_distance`.
+    pub fn nearest_coping(&self, p: DVec3, max_distance: f64) -> Option<Footpoint> {
+        if max_distance.is_nan() {
+            return None;
+        }
+        let best = self.search(&self.coping_tree, p, Best::within(max_distance));
+        best.found.map(|(slot, closest)| Footpoint {
+            face: self.triangles[slot].face,
+            point: closest.point,
+            distance: best.distance,
+        })
+    }
+
+    /// Whether `p` lies inside the part; see `sign` for how it is told.
+    ///
+    /// On the surface itself the answer is either. An inverted closed part
+    /// (normals inward) gets inverted answers; an open part gets those of the
+    /// generalised winding number, which closes its openings smoothly.
+    pub fn inside(&self, p: DVec3) -> bool {
+        let (low, high) = self.bounds;
+        let in_box = p.cmpge(low).all() && p.cmple(high).all();
+        match &self.sign {
+            // Outside the box of a closed part there is only outside; an
+            // inverted part is not to be told apart here and says "outside" too.
+            Sign::Pseudonormals(_) => in_box && self.signed_clearance(p) > 0.0,
+            Sign::Winding(winding) => in_box && winding.inside(self, p),
+        }
+    }
+
+    /// Distance to the nearest triangle of any kind: positive inside,
+    /// negative outside.
+    pub fn signed_clearance(&self, p: DVec3) -> f64 {
+        let best = self.search(&self.wall_tree, p, Best::none());
+        let best = self.search(&self.coping_tree, p, best);
+        let Some((slot, closest)) = best.found else {
+            return -best.distance;
+        };
+        let inside = match &self.sign {
+            Sign::Pseudonormals(normals) => normals.inside(&self.triangles, slot, &closest),
+            Sign::Winding(_) => self.inside(p),
+        };
+        if inside { best.distance } else { -best.distance }
+    }
+
+    /// Puts every triangle, wall or coping, that the closed segment touches
+    /// into `out`, sorted by `(t, face)`; what `out` held before is dropped.
+    ///
+    /// A triangle is left out only when exact bounds on the rounding prove
+    /// that the segment passes by it. So a segment through a shared edge or
+    /// vertex reports at least one of the sharers, as a rule all of them, and
+    /// a segment that passes within rounding of a triangle may report it too.
+    /// A segment that runs in a triangle's plane reports the place where it
+    /// first touches the triangle.
+    pub fn hits(&self, from: DVec3, to: DVec3, out: &mut Vec<Hit>) {
+        hits::hits(self, from, to, out);
+    }
+
+    /// Whether the face is tagged as coping.
+    pub fn is_coping(&self, face: FaceId) -> bool {
+        self.coping.get(face.index()).is_some_and(|&c| c)
+    }
+
+    /// The corners of a face as given.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such face.
+    pub fn corners(&self, face: FaceId) -> [DVec3; 3] {
+        self.triangle(face).corners
+    }
+
+    /// Unit outward normal; zero for a degenerate triangle.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such face.
+    pub fn normal(&self, face: FaceId) -> DVec3 {
+        self.triangle(face).normal()
+    }
+
+    /// Lower and upper corner of the box of all finite corners.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        self.bounds
+    }
+
+    /// Number of triangles, degenerate ones included.
+    pub fn face_count(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// Number of triangles without area, which take no part in any search.
+    pub fn degenerate_faces(&self) -> usize {
+        self.degenerate
+    }
+
+    /// Whether insidedness comes from pseudonormals, that is, whether the
+    /// triangles of positive area form a closed manifold.
+    pub fn is_closed_manifold(&self) -> bool {
+        matches!(self.sign, Sign::Pseudonormals(_))
+    }
+
+    fn triangle(&self, face: FaceId) -> &Triangle {
+        &self.triangles[self.slots[face.index()] as usize]
+    }
+
+    /// Slot of a face that is in the wall tree.
+    fn wall_slot(&self, face: FaceId) -> Option<usize> {
+        let slot = *self.slots.get(face.index())? as usize;
+        let wall = !self.coping[face.index()] && !self.triangles[slot].is_degenerate();
+        wall.then_some(slot)
+    }
+
+    fn search(&self, tree: &Tree, p: DVec3, mut best: Best) -> Best {
+        let query = Query::new(self.frame, p);
+        tree.descend(&query, query.limit(best.distance), |slots| {
+            for slot in slots {
+                best.offer(&self.triangles, slot, p);
+            }
+            query.limit(best.distance)
+        });
+        best
+    }
+
+    fn finish_wall(&self, p: DVec3, best: Best) -> Footpoint {
+        match (best.found, self.first_wall) {
+            (Some((slot, closest)), _) => Footpoint {
+                face: self.triangles[slot].face,
+                point: closest.point,
+                distance: best.distance,
+            },
+            // Only a query that is not a number finds nothing.
+            (None, Some(face)) => self.footpoint_on(p, face),
+            (None, None) => no_footpoint(FaceId(0)),
+        }
+    }
+}
+
+fn no_footpoint(face: FaceId) -> Footpoint {
+    Footpoint {
+        face,
+        point: DVec3::NAN,
+        distance: f64::INFINITY,
+    }
+}
+
+fn bounds(corners: &[[DVec3; 3]]) -> (DVec3, DVec3) {
+    let finite = corners.iter().flatten().filter(|c| c.is_finite());
+    let mut total: Option<(DVec3, DVec3)> = None;
+    for &c in finite {
+        total = Some(total.map_or((c, c), |(low, high)| (low.min(c), high.max(c))));
+    }
+    total.unwrap_or((DVec3::ZERO, DVec3::ZERO))
+}
+
+/// Best triangle so far.
+///
+/// Ordered by computed distance, then face. Squares are compared first, and
+/// roots only taken near a tie, because two squares may share a root.
+#[derive(Clone, Copy, Debug)]
+struct Best {
+    distance: f64,
+    /// Every square above this has a root above `distance`.
+    square_limit: f64,
+    face: FaceId,
+    found: Option<(usize, Closest)>,
+}
+
+impl Best {
+    fn none() -> Best {
+        Best::within(f64::INFINITY)
+    }
+
+    /// Accepts triangles at a distance of at most `distance`.
+    fn within(distance: f64) -> Best {
+        Best {
+            distance,
+            square_limit: distance * distance * (1.0 + 1e-15),
+            face: FaceId(u32::MAX),
+            found: None,
+        }
+    }
+
+    #[inline]
+    fn offer(&mut self, triangles: &[Triangle], slot: usize, p: DVec3) {
+        let triangle = &triangles[slot];
+        let closest = triangle.closest(p);
+        if closest.square <= self.square_limit {
+            let distance = closest.square.sqrt();
+            if distance < self.distance || (distance == self.distance && triangle.face < self.face) {
+                *self = Best {
+                    distance,
+                    square_limit: closest.square * (1.0 + 1e-15),
+                    face: triangle.face,
+                    found: Some((slot, closest)),
+                };
+            }
+        }
+    }
+}
