@@ -1,0 +1,215 @@
+//! Which footpoints belong to one wall, and the per-thread way to ask.
+//!
+//! A mid-surface point has two footpoints on *separate* walls. Two footpoints
+//! that a short path over wall triangles joins lie on one wall: the ball sits
+//! in a convex edge or round of it, and the sheet between them is a fin
+//! (Bloomenthal 2011, section 6, asks for manual pruning of these). The path
+//! is the medial geodesic function of Dey and Sun (2006), asked locally:
+//! coping cuts it, so a web is never mistaken for a fin, however weak its
+//! object angle.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::{Field, Footpoint};
+use crate::mesh::{FaceId, Part};
+
+/// Largest object angle of a fin: that of a convex edge of 45 degrees. A wall
+/// that narrows to a sharper edge is a tapered wall, and its sheet is wanted.
+pub const MAX_FIN_ANGLE: f64 = 135.0;
+
+/// Path against chord below which two footpoints lie round one convex edge,
+/// where the object angle alone asks for less: the corner of a hole rim seen
+/// from the depth of the wall (ratio 1.41). The way round the end of a web as
+/// high as it is thick has ratio 3.
+const SHORT_WAY: f64 = 1.5;
+
+/// Path against chord of a footpoint that slides along one smooth wall.
+const SLIDE_WAY: f64 = 1.1;
+
+/// Triangles looked at before a path counts as long.
+const PATH_BUDGET: usize = 4096;
+
+/// What counts as a separate pair of footpoints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Separation {
+    /// Smallest object angle of a sheet, degrees.
+    pub min_angle: f64,
+    /// Keep fins stronger than this object angle, degrees; `None` prunes all.
+    pub keep_fins_from: Option<f64>,
+}
+
+/// Lengths below which things are equal; all in part units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerances {
+    /// Newton steps and roots stop here: 1e-13 of the part's size.
+    pub solve: f64,
+    /// Distances that differ by less are tied: 2e-7 of the part's size, a
+    /// little more than what single-precision input is off by.
+    pub tie: f64,
+}
+
+/// The field with what tells walls apart. Shared by all threads.
+pub struct Walls<'a> {
+    field: &'a Field,
+    neighbours: Vec<[Option<FaceId>; 3]>,
+    indices: Vec<[u32; 3]>,
+    separation: Separation,
+    tolerances: Tolerances,
+}
+
+impl<'a> Walls<'a> {
+    /// Joins a field with the adjacency of its part.
+    pub fn new(part: &Part, field: &'a Field, separation: Separation) -> Walls<'a> {
+        let triangles = &part.mesh().triangles;
+        let mut open: FxHashMap<(u32, u32), (u32, usize)> = FxHashMap::default();
+        let mut neighbours = vec![[None; 3]; triangles.len()];
+        for (f, t) in triangles.iter().enumerate() {
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                match open.remove(&(b, a)) {
+                    Some((g, j)) => {
+                        neighbours[f][k] = Some(FaceId(g));
+                        neighbours[g as usize][j] = Some(FaceId(f as u32));
+                    }
+                    None => {
+                        open.insert((a, b), (f as u32, k));
+                    }
+                }
+            }
+        }
+        let (low, high) = field.bounds();
+        let size = (high - low).length();
+        Walls {
+            field,
+            neighbours,
+            indices: triangles.clone(),
+            separation,
+            tolerances: Tolerances { solve: 1e-13 * size, tie: 2e-7 * size },
+        }
+    }
+
+    /// The field underneath.
+    pub fn field(&self) -> &Field {
+        self.field
+    }
+
+    /// Lengths that count as equal.
+    pub fn tolerances(&self) -> Tolerances {
+        self.tolerances
+    }
+
+    /// The triangle across edge `k` (from corner `k` to `k + 1`).
+    pub fn neighbour(&self, face: FaceId, k: usize) -> Option<FaceId> {
+        self.neighbours[face.index()][k]
+    }
+
+    /// Whether two triangles share a corner.
+    pub fn touch(&self, a: FaceId, b: FaceId) -> bool {
+        let (s, t) = (self.indices[a.index()], self.indices[b.index()]);
+        s.iter().any(|v| t.contains(v))
+    }
+
+    /// Whether two tied footpoints of `x` make `x` a point of the mid-surface.
+    pub fn separate(&self, x: DVec3, a: &Footpoint, b: &Footpoint) -> bool {
+        if a.face == b.face {
+            return false;
+        }
+        let chord = a.point.distance(b.point);
+        if chord <= 4.0 * self.tolerances.tie {
+            return false;
+        }
+        let angle = object_angle(x, a, b);
+        if angle > MAX_FIN_ANGLE {
+            return true;
+        }
+        if angle < self.separation.min_angle {
+            return false;
+        }
+        if self.separation.keep_fins_from.is_some_and(|least| angle >= least) {
+            return true;
+        }
+        let ratio = (0.5 * angle).to_radians().cos().recip().max(SHORT_WAY);
+        !self.joined(a, b, 1.02 * ratio * chord)
+    }
+
+    /// Whether a footpoint may slide from `a` to `b` along one smooth wall.
+    pub fn slides(&self, a: &Footpoint, b: &Footpoint) -> bool {
+        if a.face == b.face {
+            return true;
+        }
+        let chord = a.point.distance(b.point);
+        chord <= 4.0 * self.tolerances.tie || self.joined(a, b, SLIDE_WAY * chord)
+    }
+
+    /// Whether wall triangles lead from `a` to `b` over edges that a path of
+    /// at most `length` can cross. Best first, so a path that is there is
+    /// found after about as many triangles as it crosses.
+    fn joined(&self, a: &Footpoint, b: &Footpoint, length: f64) -> bool {
+        let mut seen: FxHashSet<FaceId> = FxHashSet::default();
+        let mut open: BinaryHeap<(Reverse<OrderedDistance>, FaceId)> = BinaryHeap::new();
+        seen.insert(a.face);
+        open.push((Reverse(OrderedDistance(0.0)), a.face));
+        while let Some((_, face)) = open.pop() {
+            let corners = self.field.corners(face);
+            for k in 0..3 {
+                let Some(next) = self.neighbours[face.index()][k] else { continue };
+                if self.field.is_coping(next) || seen.contains(&next) {
+                    continue;
+                }
+                let way = shortest_way(a.point, b.point, corners[k], corners[(k + 1) % 3]);
+                if way > length {
+                    continue;
+                }
+                if next == b.face {
+                    return true;
+                }
+                seen.insert(next);
+                if seen.len() > PATH_BUDGET {
+                    return false;
+                }
+                open.push((Reverse(OrderedDistance(way)), next));
+            }
+        }
+        false
+    }
+}
+
+/// Object angle of `x`, degrees: 180 between parallel walls.
+pub fn object_angle(x: DVec3, a: &Footpoint, b: &Footpoint) -> f64 {
+    let (u, v) = (a.point - x, b.point - x);
+    u.cross(v).length().atan2(u.dot(v)).to_degrees()
+}
+
+/// Length of the shortest way from `a` to `b` over a point of the segment `p q`.
+fn shortest_way(a: DVec3, b: DVec3, p: DVec3, q: DVec3) -> f64 {
+    let along = (q - p).normalize_or_zero();
+    let length = (q - p).length();
+    let (sa, sb) = ((a - p).dot(along), (b - p).dot(along));
+    let ra = (a - p - sa * along).length();
+    let rb = (b - p - sb * along).length();
+    // Unfolded into one plane the way is straight and crosses the edge here.
+    let s = if ra + rb > 0.0 { (sa * rb + sb * ra) / (ra + rb) } else { 0.5 * (sa + sb) };
+    let m = p + s.clamp(0.0, length) * along;
+    a.distance(m) + m.distance(b)
+}
+
+#[derive(Clone, Copy, PartialEq)]
+struct OrderedDistance(f64);
+
+impl Eq for OrderedDistance {}
+
+impl PartialOrd for OrderedDistance {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for OrderedDistance {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}

@@ -1,0 +1,437 @@
+//! The 2D follower: one contour of the mid-surface in a plane
+//! (Bloomenthal 2011, section 4.1).
+
+use glam::DVec3;
+use smallvec::SmallVec;
+
+use super::fan::{Fan, fan};
+use super::solve::{Condition, distance_to, solve};
+use super::{Pair, Probe};
+use crate::mesh::FaceId;
+
+/// Object angle, degrees, below which two walls that a contour passes between
+/// are facets of one curved wall: the contour bends by less than half of it
+/// and gets no vertex of its own.
+pub const CREASE_ANGLE: f64 = 20.0;
+
+/// A convex polygon in a plane: where a contour may run.
+#[derive(Clone, Debug)]
+pub struct Region {
+    /// Unit normal; corners run counter-clockwise round it.
+    pub normal: DVec3,
+    /// Corners; side `i` joins corner `i` and `i + 1`.
+    pub corners: SmallVec<[DVec3; 8]>,
+    /// Whether the contour can leave the part inside the polygon: false on
+    /// the part's own surface and far from coping.
+    pub may_leave_part: bool,
+}
+
+impl Region {
+    /// A polygon through its corners; `None` where they have no area.
+    pub fn new(corners: SmallVec<[DVec3; 8]>, may_leave_part: bool) -> Option<Region> {
+        let mut area = DVec3::ZERO;
+        for k in 1..corners.len().saturating_sub(1) {
+            area += (corners[k] - corners[0]).cross(corners[k + 1] - corners[0]);
+        }
+        let normal = area.try_normalize()?;
+        Some(Region { normal, corners, may_leave_part })
+    }
+
+    fn plane(&self) -> Condition {
+        Condition::plane(self.normal, self.corners[0])
+    }
+
+    /// Ends of side `i`.
+    pub fn side(&self, i: usize) -> (DVec3, DVec3) {
+        (self.corners[i], self.corners[(i + 1) % self.corners.len()])
+    }
+
+    /// Unit normal of side `i`, in the plane, towards the inside.
+    pub fn inward(&self, i: usize) -> DVec3 {
+        let (p, q) = self.side(i);
+        self.normal.cross(q - p).normalize_or_zero()
+    }
+
+    fn diameter(&self) -> f64 {
+        let mut d: f64 = 0.0;
+        for a in &self.corners {
+            for b in &self.corners {
+                d = d.max(a.distance(*b));
+            }
+        }
+        d
+    }
+
+    /// How far outside `x` lies, at most (negative inside).
+    fn excess(&self, x: DVec3) -> f64 {
+        (0..self.corners.len())
+            .map(|i| -self.inward(i).dot(x - self.corners[i]))
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// How a contour ends.
+#[derive(Clone, Debug)]
+pub enum Stop {
+    /// On a side of the region.
+    Side {
+        /// Which side.
+        side: usize,
+        /// Where.
+        at: DVec3,
+        /// The pair on arrival.
+        pair: Pair,
+    },
+    /// Where other walls tie: a branch point (three or more spokes), a crease
+    /// (two) or the end of the sheet in a round (one).
+    Node {
+        /// All that leaves the point.
+        fan: Fan,
+        /// The spoke on which the contour arrived.
+        arrived: usize,
+    },
+    /// Out of the part through coping.
+    Leaves {
+        /// Where.
+        at: DVec3,
+        /// The pair on arrival.
+        pair: Pair,
+        /// The coping triangle.
+        coping: FaceId,
+    },
+    /// The two walls stop being separate along the contour itself.
+    Fades {
+        /// Last point where they are.
+        at: DVec3,
+        /// The pair there.
+        pair: Pair,
+    },
+    /// The follower could not go on.
+    Lost {
+        /// Where it gave up.
+        at: DVec3,
+    },
+}
+
+/// Turns a pair so that a walk from `x` in the plane of `normal` heads to the
+/// side of `towards`.
+pub fn aim(probe: &Probe, x: DVec3, normal: DVec3, pair: Pair, towards: DVec3) -> Pair {
+    if heading(probe, x, normal, pair).0.dot(towards) < 0.0 { pair.reversed() } else { pair }
+}
+
+/// Unit heading of the walk with `pair` at `x`, and its length before
+/// normalising (zero where the sheet is parallel to the plane).
+fn heading(probe: &Probe, x: DVec3, normal: DVec3, pair: Pair) -> (DVec3, f64) {
+    let field = probe.field();
+    let ul = distance_to(field, x, pair.left).1;
+    let ur = distance_to(field, x, pair.right).1;
+    // The gradient of d_left - d_right points to where right is nearer, that
+    // is to the right hand.
+    let t = normal.cross(ul - ur);
+    let length = t.length();
+    (t / length.max(1e-300), length)
+}
+
+/// Follows the contour of `pair` from `start` through the region.
+pub fn follow(probe: &mut Probe, region: &Region, start: DVec3, pair: Pair) -> Stop {
+    Follower::new(probe, region, start, pair).run()
+}
+
+struct Follower<'p, 'a, 'r> {
+    probe: &'p mut Probe<'a>,
+    region: &'r Region,
+    size: f64,
+    tie: f64,
+    tolerance: f64,
+    x: DVec3,
+    pair: Pair,
+    travelled: f64,
+}
+
+/// Outcome of one trial step.
+enum Step {
+    Stop(Stop),
+    Moved,
+    Shorten,
+}
+
+impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
+    fn new(probe: &'p mut Probe<'a>, region: &'r Region, x: DVec3, pair: Pair) -> Self {
+        let tolerances = probe.walls().tolerances();
+        let size = region.diameter();
+        Follower { probe, region, size, tie: tolerances.tie, tolerance: tolerances.solve, x, pair, travelled: 0.0 }
+    }
+
+    fn run(&mut self) -> Stop {
+        const MOST_STEPS: usize = 2000;
+        let shortest = (1e-6 * self.size).max(4.0 * self.tie);
+        let mut length = self.size;
+        for _ in 0..MOST_STEPS {
+            match self.step(length) {
+                Step::Stop(stop) => return stop,
+                Step::Moved => length = (2.0 * length).min(self.size),
+                Step::Shorten => {
+                    length = length.min(self.size) * 0.4;
+                    if length < shortest {
+                        break;
+                    }
+                }
+            }
+        }
+        Stop::Lost { at: self.x }
+    }
+
+    fn tie_condition(&self, pair: Pair) -> Condition {
+        Condition::Tie(pair.left, pair.right)
+    }
+
+    fn step(&mut self, length: f64) -> Step {
+        /// Steepness of the sheet against the plane below which a contour has no direction.
+        const PARALLEL: f64 = 1e-7;
+        let (t, slope) = heading(self.probe, self.x, self.region.normal, self.pair);
+        if slope < PARALLEL {
+            return Step::Stop(Stop::Lost { at: self.x });
+        }
+        let (side, exit) = self.exit(t);
+        let leaving = side.is_some() && length >= exit;
+        let (predicted, third) = match side {
+            Some(i) if leaving => {
+                (self.x + exit * t, Condition::plane(self.region.inward(i), self.region.corners[i]))
+            }
+            _ => (self.x + length * t, Condition::plane(t, self.x + length * t)),
+        };
+        let stride = predicted.distance(self.x);
+        let allowed = 0.3 * stride + 4.0 * self.tie;
+        let corrected = self.correct(predicted, third, self.pair, allowed);
+        let Some(mut y) = corrected else { return Step::Shorten };
+        if leaving && self.off_side(side.unwrap_or(0), y) {
+            return Step::Shorten;
+        }
+        // Out of the part on the way?
+        let mut left_part = None;
+        if self.region.may_leave_part
+            && let Some((at, coping)) = self.coping_exit(y)
+        {
+            y = at;
+            left_part = Some(coping);
+        }
+        // Is a nearer wall about?
+        let mut pair = self.pair;
+        for slide in 0.. {
+            let field = self.probe.field();
+            let (d, _) = distance_to(field, y, pair.left);
+            let foot = self.probe.nearest(y, pair.left);
+            if foot.face == pair.left || foot.face == pair.right || foot.distance >= d - self.tie {
+                break;
+            }
+            if slide > 24 {
+                return Step::Shorten;
+            }
+            let Some(next) = self.slide(y, pair, foot.face) else {
+                return self.meet(y, pair, foot.face);
+            };
+            pair = next;
+            if left_part.is_some() {
+                // The exit was found with another facet: shorter steps meet it with this one.
+                if stride > 0.05 * self.size {
+                    return Step::Shorten;
+                }
+            }
+            match self.correct(y, third, pair, allowed) {
+                Some(z) => y = z,
+                None => return Step::Shorten,
+            }
+            if left_part.is_some() {
+                match self.settle_on_coping(y, pair) {
+                    Some((at, coping)) => {
+                        y = at;
+                        left_part = Some(coping);
+                    }
+                    None => return Step::Shorten,
+                }
+            }
+        }
+        let (next_heading, _) = heading(self.probe, y, self.region.normal, pair);
+        if left_part.is_none() && next_heading.dot(t) < 0.85 && stride > 1e-3 * self.size {
+            return Step::Shorten;
+        }
+        if !self.probe.separate(y, pair.left, pair.right) {
+            return if stride > 1e-7 * self.size.max(self.tie) && self.shrinkable(stride) {
+                Step::Shorten
+            } else {
+                Step::Stop(Stop::Fades { at: self.x, pair: self.pair })
+            };
+        }
+        if let Some(coping) = left_part {
+            return Step::Stop(Stop::Leaves { at: y, pair, coping });
+        }
+        if leaving && let Some(side) = side {
+            return Step::Stop(Stop::Side { side, at: y, pair });
+        }
+        self.travelled += y.distance(self.x);
+        self.x = y;
+        self.pair = pair;
+        Step::Moved
+    }
+
+    /// Whether a step can still be shortened before the follower gives up.
+    fn shrinkable(&self, stride: f64) -> bool {
+        stride * 0.4 >= (1e-6 * self.size).max(4.0 * self.tie) * 2.5
+    }
+
+    /// First side ahead and the way to it.
+    fn exit(&self, t: DVec3) -> (Option<usize>, f64) {
+        let mut best = (None, f64::INFINITY);
+        for i in 0..self.region.corners.len() {
+            let m = self.region.inward(i);
+            let speed = -m.dot(t);
+            if speed <= 1e-12 {
+                continue;
+            }
+            let way = (m.dot(self.x - self.region.corners[i]) / speed).max(0.0);
+            if way < best.1 {
+                best = (Some(i), way);
+            }
+        }
+        best
+    }
+
+    fn correct(&self, start: DVec3, third: Condition, pair: Pair, reach: f64) -> Option<DVec3> {
+        let conditions = [self.tie_condition(pair), self.region.plane(), third];
+        solve(self.probe.field(), conditions, start, reach, self.tolerance)
+    }
+
+    /// Whether a point on the line of a side lies beyond its ends.
+    fn off_side(&self, side: usize, y: DVec3) -> bool {
+        let (p, q) = self.region.side(side);
+        let s = (y - p).dot(q - p) / (q - p).length_squared();
+        let slack = 1e-9;
+        !(-slack..=1.0 + slack).contains(&s)
+    }
+
+    /// Where the way from the present point to `y` leaves the part.
+    fn coping_exit(&mut self, y: DVec3) -> Option<(DVec3, FaceId)> {
+        let skip = if self.travelled == 0.0 { 1e-7 * self.size + 2.0 * self.tie } else { 0.0 };
+        let (at, coping) = self.probe.coping_hit(self.x, y, skip)?;
+        self.settle(at, coping, self.pair).or(Some((at, coping)))
+    }
+
+    fn settle_on_coping(&mut self, near: DVec3, pair: Pair) -> Option<(DVec3, FaceId)> {
+        let reach = self.size;
+        let coping = self.probe.field().nearest_coping(near, reach)?.face;
+        self.settle(near, coping, pair)
+    }
+
+    /// The point of the contour on the coping, starting from a guess.
+    fn settle(&mut self, near: DVec3, coping: FaceId, pair: Pair) -> Option<(DVec3, FaceId)> {
+        let field = self.probe.field();
+        let mut coping = coping;
+        let mut at = near;
+        for _ in 0..8 {
+            let normal = field.normal(coping);
+            let third = Condition::plane(normal, field.corners(coping)[0]);
+            at = self.correct(at, third, pair, self.size)?;
+            let slip = field.footpoint_on(at, coping).distance;
+            if slip <= 1e-11 * self.size + self.tolerance {
+                return Some((at, coping));
+            }
+            // Beyond the triangle's edge: the neighbour that is nearer, if it is coping too.
+            let next = field.nearest_coping(at, 2.0 * slip)?;
+            if next.face == coping || next.distance >= slip {
+                return Some((at, coping));
+            }
+            coping = next.face;
+        }
+        Some((at, coping))
+    }
+
+    /// The pair with `nearer` in the place of a facet of the same smooth wall.
+    fn slide(&mut self, y: DVec3, pair: Pair, nearer: FaceId) -> Option<Pair> {
+        let walls = self.probe.walls();
+        let field = walls.field();
+        let foot = field.footpoint_on(y, nearer);
+        let u = (y - foot.point).normalize_or_zero();
+        let cosine = CREASE_ANGLE.to_radians().cos();
+        let mut best: Option<(f64, Pair)> = None;
+        for (old, new) in [
+            (pair.left, Pair { left: nearer, right: pair.right }),
+            (pair.right, Pair { left: pair.left, right: nearer }),
+        ] {
+            let was = field.footpoint_on(y, old);
+            let bend = (y - was.point).normalize_or_zero().dot(u);
+            if bend < cosine || best.is_some_and(|b| b.0 >= bend) || !walls.slides(&was, &foot) {
+                continue;
+            }
+            best = Some((bend, new));
+        }
+        let (_, new) = best?;
+        walls
+            .separate(y, &field.footpoint_on(y, new.left), &field.footpoint_on(y, new.right))
+            .then_some(new)
+    }
+
+    /// Another wall is nearer at `y`: find where it came up and what meets there.
+    fn meet(&mut self, y: DVec3, pair: Pair, nearer: FaceId) -> Step {
+        let field = self.probe.field();
+        let mut third = nearer;
+        let mut at = None;
+        for _ in 0..16 {
+            let lead = |p: DVec3| distance_to(field, p, third).0 - distance_to(field, p, pair.left).0;
+            let (g, h) = (lead(self.x), lead(y));
+            let s = if g > h { (g / (g - h)).clamp(0.0, 1.0) } else { 0.5 };
+            let guess = self.x.lerp(y, s);
+            let reach = 2.0 * self.x.distance(y) + 4.0 * self.tie;
+            let conditions = [self.tie_condition(pair), Condition::Tie(pair.left, third), self.region.plane()];
+            let Some(p) = solve(field, conditions, guess, reach, self.tolerance) else {
+                return Step::Shorten;
+            };
+            let d = distance_to(field, p, pair.left).0;
+            let foot = self.probe.nearest(p, third);
+            if foot.distance >= d - self.tie {
+                at = Some((p, d.min(foot.distance)));
+                break;
+            }
+            if foot.face == third {
+                return Step::Shorten;
+            }
+            third = foot.face;
+        }
+        let Some((at, distance)) = at else { return Step::Shorten };
+        let (t, _) = heading(self.probe, self.x, self.region.normal, self.pair);
+        let ahead = (at - self.x).dot(t);
+        if ahead < -4.0 * self.tie || self.region.excess(at) > 1e-9 * self.size {
+            return Step::Shorten;
+        }
+        if self.region.may_leave_part
+            && ahead > self.tie
+            && let Some((exit, coping)) = self.coping_exit(at)
+            && exit.distance(self.x) < at.distance(self.x) + self.tie
+            && exit.distance(at) > self.tie
+        {
+            return Step::Stop(Stop::Leaves { at: exit, pair: self.pair, coping });
+        }
+        let fan = fan(self.probe, at, self.region.normal, distance);
+        let (back, _) = heading(self.probe, at, self.region.normal, pair);
+        let arrived = fan
+            .spokes
+            .iter()
+            .enumerate()
+            .max_by(|a, b| a.1.direction.dot(-back).total_cmp(&b.1.direction.dot(-back)));
+        let Some((arrived, spoke)) = arrived else { return Step::Shorten };
+        if spoke.direction.dot(-back) < 0.5 {
+            return Step::Shorten;
+        }
+        if fan.spokes.len() == 2 {
+            let on = fan.spokes[1 - arrived];
+            let bend = on.direction.dot(-fan.spokes[arrived].direction);
+            if bend > (0.5 * CREASE_ANGLE).to_radians().cos() {
+                // A facet edge of a curved wall: walk on with the other facet.
+                self.travelled += at.distance(self.x) + self.tie;
+                self.x = at;
+                self.pair = on.pair;
+                return Step::Moved;
+            }
+        }
+        Step::Stop(Stop::Node { fan, arrived })
+    }
+}
