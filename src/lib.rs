@@ -1,3 +1,5 @@
 //! Mid-surface of a thin-wall part.
-pub mod mesh;
 pub mod field;
+pub mod io;
+pub mod mesh;
+pub mod tags;

@@ -1,8 +1,29 @@
 //! The part: a closed, outward-oriented triangle mesh whose coping faces are tagged.
+//!
+//! [`TriMesh`] is plain data and promises nothing. [`Part`] is what the
+//! extraction works on; its constructor [`Part::new`] makes every check once,
+//! so that no later stage has to.
+
+mod checks;
+mod edges;
+mod error;
+mod measure;
+pub mod midsurface;
+mod orient;
+mod weld;
 
 use glam::DVec3;
 
-/// Triangle of the part, by its place in the input file (0-based).
+pub use checks::PartOptions;
+pub use edges::{EdgeCensus, EdgeUse, EdgeUses};
+pub use error::{EdgeReport, PartError, PartWarning};
+pub use measure::Bounds;
+pub use weld::{Weld, weld_exact, weld_within};
+
+/// Triangle of the part, by its place among the part's triangles (0-based).
+///
+/// For files of triangles alone this is the place in the input file; polygons
+/// of a file give several triangles each, in file order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FaceId(pub u32);
 
@@ -24,9 +45,13 @@ pub struct TriMesh {
 
 /// A part ready for extraction.
 ///
-/// Invariants, held by `Part::new`: indices in range, coordinates finite,
+/// Invariants, held by [`Part::new`]: indices in range, coordinates finite,
 /// `coping.len() == mesh.triangles.len()`, at least one wall triangle of
-/// positive area, outward oriented (positive volume) when closed.
+/// positive area, every vertex used, outward oriented (positive volume) when
+/// closed.
+///
+/// Triangles of zero area may occur; they keep their place so that indices in
+/// tag files stay right.
 #[derive(Clone, Debug)]
 pub struct Part {
     mesh: TriMesh,
@@ -50,8 +75,34 @@ impl Part {
         self.mesh.triangles[face.index()].map(|v| self.mesh.positions[v as usize])
     }
 
-    /// Whether every edge is shared by two triangles that run it in opposite directions.
+    /// Whether every edge is run equally often in both directions: each
+    /// manifold edge once each way, a non-manifold edge in balanced pairs.
     pub fn is_closed(&self) -> bool {
         self.closed
+    }
+
+    /// Number of triangles, coping and wall together.
+    pub fn triangle_count(&self) -> usize {
+        self.mesh.triangles.len()
+    }
+
+    /// Number of coping triangles.
+    pub fn coping_count(&self) -> usize {
+        self.coping.iter().filter(|&&flag| flag).count()
+    }
+
+    /// Box around the vertices in use.
+    pub fn bounds(&self) -> Bounds {
+        self.mesh.bounds()
+    }
+
+    /// Enclosed volume, cubic part units; an estimate when the part is open.
+    pub fn volume(&self) -> f64 {
+        self.mesh.volume()
+    }
+
+    /// Area of all triangles, square part units.
+    pub fn area(&self) -> f64 {
+        self.mesh.area()
     }
 }

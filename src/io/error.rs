@@ -1,0 +1,202 @@
+//! Why a mesh file could not be read: where, what, and what to do.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+/// Place in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    Whole,
+    /// Line, counted from 1.
+    Line(u64),
+    /// Byte offset, counted from 0.
+    Byte(u64),
+}
+
+/// What is wrong with a file.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// The system refused.
+    #[error("cannot be read: {0}")]
+    Io(#[source] io::Error),
+    /// A folder or the like.
+    #[error("is not a file")]
+    NotAFile,
+    /// Suffix of no known format.
+    #[error("has no suffix of a known mesh format")]
+    UnknownFormat,
+    /// No bytes.
+    #[error("the file is empty")]
+    Empty,
+    /// A web page, an archive, a pointer to elsewhere.
+    #[error("this is {0}, not a mesh")]
+    Foreign(&'static str),
+    /// Ended before its time.
+    #[error("the file ends too early: {0}")]
+    Truncated(String),
+    /// A count that the size of the file contradicts.
+    #[error("the file claims {claimed} {what}, but {reason}")]
+    LyingCount {
+        /// What is counted.
+        what: &'static str,
+        /// The claim.
+        claimed: u64,
+        /// Why it cannot be.
+        reason: String,
+    },
+    /// A word that should be a number.
+    #[error("{word:?} is not a number")]
+    NotANumber {
+        /// The word.
+        word: String,
+    },
+    /// NaN, an infinity, or beyond the range of the arithmetic.
+    #[error("the coordinate {word} is not a finite number")]
+    NotFinite {
+        /// The word or value.
+        word: String,
+    },
+    /// A word that should be a vertex index.
+    #[error("{word:?} is not a vertex index")]
+    NotAnIndex {
+        /// The word.
+        word: String,
+    },
+    /// A vertex index out of range.
+    #[error("vertex {index} does not exist: the file has {vertices} vertices{}", if *relative { " up to here" } else { "" })]
+    IndexOutOfRange {
+        /// The index as written.
+        index: i64,
+        /// Vertices of the file, or up to here for a relative index.
+        vertices: usize,
+        /// Whether the index counts backwards.
+        relative: bool,
+    },
+    /// A facet of fewer than three corners.
+    #[error("a face needs three corners, this one has {corners}")]
+    FewCorners {
+        /// Corners given.
+        corners: usize,
+    },
+    /// A polygon too large to triangulate here.
+    #[error("a face with {corners} corners is too large to be triangulated")]
+    ManyCorners {
+        /// Corners given.
+        corners: usize,
+    },
+    /// No facets in the file.
+    #[error("the file holds no faces{}", if *vertices > 0 { ", only points" } else { "" })]
+    NoFaces {
+        /// Points found.
+        vertices: usize,
+    },
+    /// More than the index type can number.
+    #[error("more than 4294967294 {0}")]
+    TooMany(&'static str),
+    /// The grammar of the format is broken.
+    #[error("{0}")]
+    Syntax(String),
+}
+
+impl Problem {
+    /// What the user can do about it.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Problem::Io(error) if error.kind() == io::ErrorKind::NotFound => {
+                "check the path and the spelling of the name"
+            }
+            Problem::Io(_) => "check the path and the permissions",
+            Problem::NotAFile => "name a mesh file",
+            Problem::UnknownFormat => {
+                "use .obj, .stl, .ply or .off; a STEP file can be meshed with `gmsh -2 part.step -o part.stl`"
+            }
+            Problem::Empty => "export or download the file again",
+            Problem::Foreign(_) => {
+                "download the raw file, unpack it, or rename it to its true suffix"
+            }
+            Problem::Truncated(_) | Problem::LyingCount { .. } => {
+                "the file is damaged or was cut in transfer: export or copy it again"
+            }
+            Problem::NotANumber { .. } => {
+                "write numbers with a decimal point and no thousands separators"
+            }
+            Problem::NotFinite { .. } => "repair the vertex in the tool that wrote the file",
+            Problem::NotAnIndex { .. } => {
+                "write whole numbers, as in `f 1 2 3` or `f 1/1/1 2/2/1 3/3/1`"
+            }
+            Problem::IndexOutOfRange { .. } => {
+                "export the file again; a cut or hand-edited file often misses vertices"
+            }
+            Problem::FewCorners { .. } => "remove the face or complete it",
+            Problem::ManyCorners { .. } => "export the mesh as triangles",
+            Problem::NoFaces { .. } => "export the surface mesh, not points or curves",
+            Problem::TooMany(_) => "split or coarsen the mesh",
+            Problem::Syntax(_) => "export the file again, or correct it at this place",
+        }
+    }
+}
+
+/// Why a mesh file could not be read.
+#[derive(Debug)]
+pub struct ReadError {
+    file: PathBuf,
+    place: Place,
+    problem: Problem,
+}
+
+impl ReadError {
+    pub(crate) fn new(file: &Path, (place, problem): Located) -> ReadError {
+        ReadError {
+            file: file.to_owned(),
+            place,
+            problem,
+        }
+    }
+
+    /// The file.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Where in the file.
+    pub fn place(&self) -> Place {
+        self.place
+    }
+
+    /// What is wrong.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+}
+
+impl fmt::Display for ReadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = self.file.display();
+        match self.place {
+            Place::Whole => write!(f, "{file}: {}", self.problem),
+            Place::Line(line) => write!(f, "{file}, line {line}: {}", self.problem),
+            Place::Byte(byte) => write!(f, "{file}, byte {byte}: {}", self.problem),
+        }
+    }
+}
+
+impl std::error::Error for ReadError {}
+
+impl Diagnostic for ReadError {
+    fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new("midsurf::read"))
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(self.problem.remedy()))
+    }
+}
+
+/// A problem and its place, before the file's name is added.
+pub(crate) type Located = (Place, Problem);

@@ -1,0 +1,258 @@
+//! From a plain mesh and coping flags to a part: all checks, in order.
+
+use glam::DVec3;
+
+use super::edges::{EdgeCensus, EdgeKind, EdgeUses};
+use super::error::{PartError, PartWarning};
+use super::orient::{make_consistent, make_outward, report};
+use super::weld::{Weld, weld_exact, weld_within};
+use super::{FaceId, Part, TriMesh};
+
+/// Diagonals outside this range overflow or vanish in products of four lengths.
+const USABLE_DIAGONAL: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
+
+/// A tolerance above this share of the diagonal would weld the part itself.
+const LARGEST_WELD: f64 = 0.05;
+
+/// Beyond this distance from the origin, in diagonals, f64 keeps fewer than
+/// ten digits of the part's size.
+const FAR_RATIO: f64 = 1e6;
+
+/// A triangle lower than this share of its longest edge has no area.
+const FLATNESS: f64 = 1e-13;
+
+/// A closed mesh with less volume than this, over area times diagonal,
+/// encloses nothing: it would be 1e-12 of its size thick.
+const LEAST_VOLUME: f64 = 1e-12;
+
+/// How [`Part::new`] treats doubtful input.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PartOptions {
+    /// Let meshes through that have gaps or edges whose triangles do not pair
+    /// up. Inside and outside are then guesses near those edges.
+    pub allow_open: bool,
+    /// Merge vertices within this distance, in part units. `None` merges only
+    /// equal vertices, and only when the mesh is not closed without.
+    pub weld: Option<f64>,
+}
+
+impl Part {
+    /// Checks a mesh and its coping flags, puts right what can be put right
+    /// without guessing, and reports that as warnings.
+    ///
+    /// In order: indices and coordinates, welding, consistent orientation,
+    /// closedness, outward orientation, walls left. Triangles keep their
+    /// number and order; vertices that no triangle uses go.
+    ///
+    /// # Errors
+    ///
+    /// A [`PartError`] names the triangle, vertex or edge at fault.
+    pub fn new(
+        mesh: TriMesh,
+        coping: Vec<bool>,
+        options: PartOptions,
+    ) -> Result<(Part, Vec<PartWarning>), PartError> {
+        check_numbers(&mesh)?;
+        if coping.len() != mesh.triangles.len() {
+            return Err(PartError::CopingLength {
+                flags: coping.len(),
+                triangles: mesh.triangles.len(),
+            });
+        }
+        let mut mesh = drop_unused(mesh);
+        let mut warnings = check_size(&mesh)?;
+        let mut uses = mesh.edges();
+        // Two shells that touch share positions, not vertices: leave them
+        // apart where the mesh is closed as it stands.
+        if (options.weld.is_some() || uses.census().open > 0)
+            && let Some(warning) = weld(&mut mesh, options.weld)?
+        {
+            warnings.push(warning);
+            uses = mesh.edges();
+        }
+        if let Some(warning) = make_consistent(&mut mesh, &uses)? {
+            warnings.push(warning);
+            uses = mesh.edges();
+        }
+        let census = uses.census();
+        warnings.extend(check_edges(&mesh, &uses, &census, options)?);
+        let closed = census.is_closed();
+        if closed {
+            check_volume(&mesh)?;
+        }
+        warnings.extend(make_outward(&mut mesh, &uses));
+        warnings.extend(check_walls(&mesh, &coping)?);
+        Ok((
+            Part {
+                mesh,
+                coping,
+                closed,
+            },
+            warnings,
+        ))
+    }
+}
+
+fn check_numbers(mesh: &TriMesh) -> Result<(), PartError> {
+    if mesh.triangles.is_empty() {
+        return Err(PartError::Empty);
+    }
+    if let Some(vertex) = mesh.positions.iter().position(|p| !p.is_finite()) {
+        return Err(PartError::NotFinite {
+            vertex: vertex as u32,
+            position: mesh.positions[vertex],
+        });
+    }
+    for (triangle, corners) in mesh.triangles.iter().enumerate() {
+        if let Some(&index) = corners
+            .iter()
+            .find(|&&v| v as usize >= mesh.positions.len())
+        {
+            return Err(PartError::IndexOutOfRange {
+                triangle: FaceId(triangle as u32),
+                index,
+                vertices: mesh.positions.len(),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn drop_unused(mesh: TriMesh) -> TriMesh {
+    let mut used = vec![false; mesh.positions.len()];
+    for &v in mesh.triangles.iter().flatten() {
+        used[v as usize] = true;
+    }
+    if used.iter().all(|&used| used) {
+        return mesh;
+    }
+    let mut new_index = vec![u32::MAX; used.len()];
+    let mut kept = Vec::new();
+    for (old, _) in used.iter().enumerate().filter(|(_, used)| **used) {
+        new_index[old] = kept.len() as u32;
+        kept.push(old as u32);
+    }
+    Weld { new_index, kept }.apply(&mesh)
+}
+
+fn check_size(mesh: &TriMesh) -> Result<Vec<PartWarning>, PartError> {
+    let bounds = mesh.bounds();
+    let diagonal = bounds.diagonal();
+    if !USABLE_DIAGONAL.contains(&diagonal) {
+        return Err(PartError::Size { diagonal });
+    }
+    let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
+    let ratio = farthest / diagonal;
+    Ok(if ratio > FAR_RATIO {
+        vec![PartWarning::FarFromOrigin { ratio }]
+    } else {
+        Vec::new()
+    })
+}
+
+fn weld(mesh: &mut TriMesh, tolerance: Option<f64>) -> Result<Option<PartWarning>, PartError> {
+    let diagonal = mesh.bounds().diagonal();
+    if let Some(tolerance) = tolerance
+        && !(tolerance > 1e-15 * diagonal && tolerance <= LARGEST_WELD * diagonal)
+    {
+        return Err(PartError::WeldTolerance {
+            tolerance,
+            diagonal,
+        });
+    }
+    let exact = weld_exact(&mesh.positions);
+    if exact.merged() > 0 {
+        *mesh = exact.apply(mesh);
+    }
+    let mut near = 0;
+    if let Some(tolerance) = tolerance {
+        let weld = weld_within(&mesh.positions, tolerance);
+        near = weld.merged();
+        *mesh = weld.apply(mesh);
+    }
+    let exact = exact.merged();
+    Ok((exact + near > 0).then_some(PartWarning::Welded { exact, near }))
+}
+
+fn check_edges(
+    mesh: &TriMesh,
+    uses: &EdgeUses,
+    census: &EdgeCensus,
+    options: PartOptions,
+) -> Result<Vec<PartWarning>, PartError> {
+    let mut warnings = Vec::new();
+    if let Some(first) = uses.first(EdgeKind::Open) {
+        let (count, first) = (census.open, report(mesh, first));
+        if !options.allow_open {
+            return Err(PartError::Open { count, first });
+        }
+        warnings.push(PartWarning::Open { count, first });
+    }
+    if let Some(edge) = uses.first(EdgeKind::Unbalanced) {
+        let (count, first) = (census.unbalanced, report(mesh, edge));
+        if !options.allow_open {
+            return Err(PartError::NonManifold {
+                count,
+                first,
+                uses: edge.len(),
+            });
+        }
+        warnings.push(PartWarning::NonManifold {
+            count,
+            first,
+            balanced: false,
+        });
+    }
+    if let Some(edge) = uses.first(EdgeKind::Balanced) {
+        warnings.push(PartWarning::NonManifold {
+            count: census.balanced,
+            first: report(mesh, edge),
+            balanced: true,
+        });
+    }
+    Ok(warnings)
+}
+
+fn check_volume(mesh: &TriMesh) -> Result<(), PartError> {
+    let (volume, area) = (mesh.volume(), mesh.area());
+    if volume.abs() <= LEAST_VOLUME * area * mesh.bounds().diagonal() {
+        return Err(PartError::NoVolume { volume, area });
+    }
+    Ok(())
+}
+
+fn has_area([a, b, c]: [DVec3; 3]) -> bool {
+    let longest = (b - a)
+        .length_squared()
+        .max((c - b).length_squared())
+        .max((a - c).length_squared());
+    (b - a).cross(c - a).length() > FLATNESS * longest
+}
+
+fn check_walls(mesh: &TriMesh, coping: &[bool]) -> Result<Vec<PartWarning>, PartError> {
+    let mut warnings = Vec::new();
+    let flat: Vec<FaceId> = mesh
+        .faces()
+        .filter(|&face| !has_area(mesh.corners(face)))
+        .collect();
+    if let Some(&first) = flat.first() {
+        warnings.push(PartWarning::ZeroArea {
+            triangles: flat.len(),
+            first,
+        });
+    }
+    let walls = coping.iter().filter(|&&flag| !flag).count();
+    if walls == 0 {
+        return Err(PartError::AllCoping {
+            triangles: coping.len(),
+        });
+    }
+    let flat_walls = flat.iter().filter(|face| !coping[face.index()]).count();
+    if walls == flat_walls {
+        return Err(PartError::NoWall { walls });
+    }
+    if walls == coping.len() {
+        warnings.push(PartWarning::NoCoping);
+    }
+    Ok(warnings)
+}

@@ -1,0 +1,304 @@
+//! What can be wrong with a part, and what was put right on the way.
+
+use std::fmt;
+
+use glam::DVec3;
+use miette::Diagnostic;
+use thiserror::Error;
+
+use super::FaceId;
+
+/// An edge for a message: where it is and one triangle that has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeReport {
+    /// One end.
+    pub from: DVec3,
+    /// The other end.
+    pub to: DVec3,
+    /// A triangle with this edge.
+    pub triangle: FaceId,
+}
+
+impl fmt::Display for EdgeReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [a, b] = [self.from, self.to];
+        write!(
+            f,
+            "from ({}, {}, {}) to ({}, {}, {}) of triangle {}",
+            a.x, a.y, a.z, b.x, b.y, b.z, self.triangle.0
+        )
+    }
+}
+
+/// Why a mesh with its coping flags is no part. Triangles and vertices are
+/// named by 0-based index.
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
+pub enum PartError {
+    /// No triangles at all.
+    #[error("the mesh has no triangles")]
+    #[diagnostic(help("check that the export holds the part's faces, not only its points"))]
+    Empty,
+    /// A corner points past the end of the vertices.
+    #[error("triangle {} names vertex {index}, but there are only {vertices}", triangle.0)]
+    #[diagnostic(help("export the mesh again; indices count from 0"))]
+    IndexOutOfRange {
+        /// The triangle.
+        triangle: FaceId,
+        /// The index it names.
+        index: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// NaN or an infinity.
+    #[error("vertex {vertex} has a coordinate that is no finite number: ({}, {}, {})", position.x, position.y, position.z)]
+    #[diagnostic(help("repair the vertex in the tool that wrote the mesh"))]
+    NotFinite {
+        /// The vertex.
+        vertex: u32,
+        /// Its position.
+        position: DVec3,
+    },
+    /// The box is too large or too small for the arithmetic.
+    #[error("the part's bounding box has a diagonal of {diagonal:e}, which is not usable")]
+    #[diagnostic(help("scale the part to a diagonal between 1e-30 and 1e30 units"))]
+    Size {
+        /// Diagonal of the box.
+        diagonal: f64,
+    },
+    /// The flags belong to something else.
+    #[error("{flags} coping flags were given for {triangles} triangles")]
+    #[diagnostic(help("give one flag for every triangle of the mesh"))]
+    CopingLength {
+        /// Flags given.
+        flags: usize,
+        /// Triangles of the mesh.
+        triangles: usize,
+    },
+    /// The weld tolerance would weld the part itself away.
+    #[error("a weld tolerance of {tolerance} does not fit a part with a diagonal of {diagonal:.6}")]
+    #[diagnostic(help(
+        "give a positive length well below the wall thickness, or leave the option away: equal vertices are welded anyway"
+    ))]
+    WeldTolerance {
+        /// Tolerance asked for.
+        tolerance: f64,
+        /// Diagonal of the box.
+        diagonal: f64,
+    },
+    /// Edges of one triangle only.
+    #[error("the mesh is open: {count} {} one triangle only, the first {first}", if *count == 1 { "edge has" } else { "edges have" })]
+    #[diagnostic(help(
+        "close the holes in the modelling tool; if neighbours differ by rounding, try --weld with a small length; --allow-open goes on all the same, but inside and outside are then guesses near the gaps and sheets may be missing or cut short there"
+    ))]
+    Open {
+        /// How many open edges.
+        count: usize,
+        /// One of them.
+        first: EdgeReport,
+    },
+    /// No consistent orientation exists, as on a Moebius strip.
+    #[error(
+        "the triangles cannot be oriented consistently; the contradiction shows at the edge {first}"
+    )]
+    #[diagnostic(help("the surface has one side only there: rebuild the faces around that edge"))]
+    NotOrientable {
+        /// Where two ways round disagree.
+        first: EdgeReport,
+    },
+    /// Edges where triangles do not pair up.
+    #[error("{count} {} shared by three or more triangles that do not pair up, the first {first} with {uses} triangles", if *count == 1 { "edge is" } else { "edges are" })]
+    #[diagnostic(help(
+        "remove inner faces or doubled triangles at that edge; --allow-open goes on all the same, but inside and outside are then guesses near it"
+    ))]
+    NonManifold {
+        /// How many such edges.
+        count: usize,
+        /// One of them.
+        first: EdgeReport,
+        /// Triangles at that edge.
+        uses: usize,
+    },
+    /// Closed, but encloses nothing.
+    #[error("the mesh is closed but encloses no volume (volume {volume:e}, area {area:e})")]
+    #[diagnostic(help("the part must be a solid with thick walls, not a doubled surface"))]
+    NoVolume {
+        /// Signed volume.
+        volume: f64,
+        /// Area of all triangles.
+        area: f64,
+    },
+    /// Every triangle is tagged.
+    #[error("all {triangles} triangles are tagged as coping, so no wall is left")]
+    #[diagnostic(help(
+        "tag only the narrow side faces that close a wall; `midsurf tags PART TAGS` shows what each rule selects"
+    ))]
+    AllCoping {
+        /// Triangles of the part.
+        triangles: usize,
+    },
+    /// The wall triangles left are all of zero area.
+    #[error("none of the {walls} wall triangles has an area, so no wall is left")]
+    #[diagnostic(help(
+        "tag only the narrow side faces that close a wall; `midsurf tags PART TAGS` shows what each rule selects"
+    ))]
+    NoWall {
+        /// Wall triangles, all of zero area.
+        walls: usize,
+    },
+}
+
+impl PartError {
+    /// The triangle that the message names, to look up its place in the file.
+    pub fn triangle(&self) -> Option<FaceId> {
+        match self {
+            PartError::IndexOutOfRange { triangle, .. } => Some(*triangle),
+            PartError::Open { first, .. }
+            | PartError::NotOrientable { first }
+            | PartError::NonManifold { first, .. } => Some(first.triangle),
+            _ => None,
+        }
+    }
+}
+
+/// What was odd about a part and how it was dealt with.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum PartWarning {
+    /// Vertices merged; `near` counts those that needed the tolerance.
+    Welded {
+        /// Merged because they were equal.
+        exact: usize,
+        /// Merged because they were within the tolerance.
+        near: usize,
+    },
+    /// The part was inside out and was turned.
+    Turned {
+        /// Volume before.
+        volume: f64,
+    },
+    /// Single shells were inside out and were turned.
+    ShellsTurned {
+        /// Shells turned.
+        shells: usize,
+        /// Their triangles.
+        triangles: usize,
+    },
+    /// Shells too many to check each for being inside out.
+    ShellsUnchecked {
+        /// Shells of negative volume left as they are.
+        shells: usize,
+    },
+    /// Triangles were turned to agree with their neighbours.
+    Reoriented {
+        /// Triangles turned.
+        triangles: usize,
+        /// An edge where neighbours disagreed.
+        first: EdgeReport,
+    },
+    /// The mesh is open and was let through.
+    Open {
+        /// Open edges.
+        count: usize,
+        /// One of them.
+        first: EdgeReport,
+    },
+    /// Edges of more than two triangles.
+    NonManifold {
+        /// How many.
+        count: usize,
+        /// One of them.
+        first: EdgeReport,
+        /// Whether their triangles pair up.
+        balanced: bool,
+    },
+    /// Triangles without area; kept.
+    ZeroArea {
+        /// How many.
+        triangles: usize,
+        /// The first.
+        first: FaceId,
+    },
+    /// Nothing is tagged.
+    NoCoping,
+    /// The part is so far from the origin that digits are lost.
+    FarFromOrigin {
+        /// Largest coordinate over the diagonal of the box.
+        ratio: f64,
+    },
+}
+
+impl PartWarning {
+    /// Stable code for reports.
+    pub fn code(&self) -> &'static str {
+        match self {
+            PartWarning::Welded { .. } => "welded",
+            PartWarning::Turned { .. } => "turned",
+            PartWarning::ShellsTurned { .. } => "shells_turned",
+            PartWarning::ShellsUnchecked { .. } => "shells_unchecked",
+            PartWarning::Reoriented { .. } => "reoriented",
+            PartWarning::Open { .. } => "open",
+            PartWarning::NonManifold { .. } => "non_manifold",
+            PartWarning::ZeroArea { .. } => "zero_area",
+            PartWarning::NoCoping => "no_coping",
+            PartWarning::FarFromOrigin { .. } => "far_from_origin",
+        }
+    }
+}
+
+impl fmt::Display for PartWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            PartWarning::Welded { exact, near } => write!(
+                f,
+                "vertices welded: {exact} equal ones, {near} within the tolerance"
+            ),
+            PartWarning::Turned { volume } => write!(
+                f,
+                "the part was inside out (volume {volume:.6}); all triangles were turned"
+            ),
+            PartWarning::ShellsTurned { shells, triangles } => write!(
+                f,
+                "{shells} shells were inside out; their {triangles} triangles were turned"
+            ),
+            PartWarning::ShellsUnchecked { shells } => write!(
+                f,
+                "{shells} shells of negative volume were taken for cavities without a check, there being too many"
+            ),
+            PartWarning::Reoriented { triangles, first } => write!(
+                f,
+                "{triangles} triangles were turned to agree with their neighbours, the first disagreement at the edge {first}"
+            ),
+            PartWarning::Open { count, first } => write!(
+                f,
+                "the mesh is open: {count} edges have one triangle only, the first {first}; inside and outside are guesses near the gaps"
+            ),
+            PartWarning::NonManifold {
+                count,
+                first,
+                balanced,
+            } => write!(
+                f,
+                "{count} edges have more than two triangles{}, the first {first}",
+                if *balanced {
+                    ""
+                } else {
+                    " that do not pair up"
+                }
+            ),
+            PartWarning::ZeroArea { triangles, first } => write!(
+                f,
+                "{triangles} triangles have no area, the first is triangle {}; they are kept and do no harm",
+                first.0
+            ),
+            PartWarning::NoCoping => write!(
+                f,
+                "no triangle is tagged as coping; the mid-surface will end in fins at the rims of the walls"
+            ),
+            PartWarning::FarFromOrigin { ratio } => write!(
+                f,
+                "the part lies {ratio:.1e} times its size away from the origin, which costs as many digits; move it nearer"
+            ),
+        }
+    }
+}

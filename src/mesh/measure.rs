@@ -1,0 +1,140 @@
+//! Volume, area and boxes of triangle meshes.
+
+use glam::DVec3;
+
+use super::{FaceId, TriMesh};
+
+/// Axis-parallel box in part units.
+///
+/// An empty box has `min` above `max`; [`Bounds::is_empty`] tells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Lowest corner.
+    pub min: DVec3,
+    /// Highest corner.
+    pub max: DVec3,
+}
+
+impl Bounds {
+    /// The box that holds nothing.
+    pub const EMPTY: Bounds = Bounds {
+        min: DVec3::INFINITY,
+        max: DVec3::NEG_INFINITY,
+    };
+
+    /// Smallest box around points.
+    pub fn of(points: impl IntoIterator<Item = DVec3>) -> Bounds {
+        points
+            .into_iter()
+            .fold(Bounds::EMPTY, |bounds, point| bounds.with(point))
+    }
+
+    /// The box grown to hold `point`.
+    pub fn with(self, point: DVec3) -> Bounds {
+        Bounds {
+            min: self.min.min(point),
+            max: self.max.max(point),
+        }
+    }
+
+    /// Whether no point was ever added.
+    pub fn is_empty(&self) -> bool {
+        !(self.min.cmple(self.max).all())
+    }
+
+    /// Whether the point lies in the box or on its faces.
+    pub fn contains(&self, point: DVec3) -> bool {
+        point.cmpge(self.min).all() && point.cmple(self.max).all()
+    }
+
+    /// Edge lengths; zero for an empty box.
+    pub fn size(&self) -> DVec3 {
+        if self.is_empty() {
+            DVec3::ZERO
+        } else {
+            self.max - self.min
+        }
+    }
+
+    /// Length of the space diagonal; zero for an empty box.
+    pub fn diagonal(&self) -> f64 {
+        self.size().length()
+    }
+
+    /// Middle of the box; the origin for an empty box.
+    pub fn center(&self) -> DVec3 {
+        if self.is_empty() {
+            DVec3::ZERO
+        } else {
+            0.5 * (self.min + self.max)
+        }
+    }
+}
+
+impl TriMesh {
+    /// Corner positions of a triangle.
+    ///
+    /// # Panics
+    ///
+    /// If the triangle or one of its indices is out of range.
+    pub fn corners(&self, face: FaceId) -> [DVec3; 3] {
+        self.triangles[face.index()].map(|v| self.positions[v as usize])
+    }
+
+    /// Faces in order.
+    pub fn faces(&self) -> impl Iterator<Item = FaceId> + use<> {
+        (0..self.triangles.len() as u32).map(FaceId)
+    }
+
+    /// Twice the area times the unit normal: the cross product of two edges.
+    pub fn area_vector(&self, face: FaceId) -> DVec3 {
+        let [a, b, c] = self.corners(face);
+        (b - a).cross(c - a)
+    }
+
+    /// Area of one triangle.
+    pub fn triangle_area(&self, face: FaceId) -> f64 {
+        0.5 * self.area_vector(face).length()
+    }
+
+    /// Area of all triangles.
+    pub fn area(&self) -> f64 {
+        self.faces().map(|face| self.triangle_area(face)).sum()
+    }
+
+    /// Signed volume by the divergence theorem, summed about the centre of
+    /// the box so that a part far from the origin keeps its digits.
+    ///
+    /// Positive when closed and outward oriented. For an open mesh it is the
+    /// volume of the mesh closed by cones from the centre.
+    pub fn volume(&self) -> f64 {
+        let center = self.bounds().center();
+        self.volume_about(center, self.faces())
+    }
+
+    /// Signed volume of some of the faces with respect to `origin`.
+    pub(super) fn volume_about(
+        &self,
+        origin: DVec3,
+        faces: impl IntoIterator<Item = FaceId>,
+    ) -> f64 {
+        let six_fold: f64 = faces
+            .into_iter()
+            .map(|face| {
+                let [a, b, c] = self.corners(face).map(|p| p - origin);
+                a.dot(b.cross(c))
+            })
+            .sum();
+        six_fold / 6.0
+    }
+
+    /// Box around the vertices that triangles use.
+    pub fn bounds(&self) -> Bounds {
+        Bounds::of(
+            self.triangles
+                .iter()
+                .flatten()
+                .map(|&v| self.positions[v as usize]),
+        )
+    }
+}

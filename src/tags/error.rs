@@ -1,0 +1,239 @@
+//! Why a tag file could not be used: where, what, and what to do.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
+use thiserror::Error;
+
+use super::rule::{Located, Span};
+
+/// What is wrong with a tag file, or between it and the mesh.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TagProblem {
+    /// The system refused.
+    #[error("cannot be read: {0}")]
+    Io(#[source] std::io::Error),
+    /// The grammar is broken.
+    #[error("{0}")]
+    Syntax(String),
+    /// A statement of the text form that is none.
+    #[error("{word:?} is no tag: expected a triangle index, a range a-b, or `group: NAME`")]
+    NotATag {
+        /// What stands there.
+        word: String,
+    },
+    /// Text that looks like the TOML form.
+    #[error("this looks like the TOML form of tags, but the file's name does not end in .toml")]
+    TomlInText,
+    /// No index and no range.
+    #[error("{word:?} is no triangle index or range")]
+    NotARange {
+        /// What stands there.
+        word: String,
+    },
+    /// A range whose end comes first.
+    #[error("the range {first}-{last} runs backwards")]
+    BackwardRange {
+        /// Start as written.
+        first: u64,
+        /// End as written.
+        last: u64,
+    },
+    /// Index 0 where counting starts at 1.
+    #[error("index 0 cannot occur when indices count from {base}")]
+    BelowBase {
+        /// First index.
+        base: u64,
+    },
+    /// An index past the mesh's facets.
+    #[error("triangle {index} does not exist: the mesh has {facets} (0 to {})", facets.saturating_sub(1))]
+    OutOfRange {
+        /// 0-based index.
+        index: u64,
+        /// Facets of the mesh.
+        facets: usize,
+    },
+    /// A value that makes no sense.
+    #[error("{0}")]
+    BadValue(String),
+    /// A rule without a condition.
+    #[error("the rule {rule:?} has no condition, so it would select everything")]
+    NoCondition {
+        /// The rule.
+        rule: String,
+    },
+    /// A rule that selects nothing.
+    #[error("the rule {rule:?} selects no triangle")]
+    SelectsNothing {
+        /// The rule.
+        rule: String,
+    },
+    /// A pattern that no name fits.
+    #[error("no {kind} name of the mesh fits {pattern:?}{known}")]
+    NoSuchName {
+        /// Kind of name.
+        kind: &'static str,
+        /// The pattern.
+        pattern: String,
+        /// Names there are, for the message.
+        known: String,
+    },
+    /// A flood fill that ran away.
+    #[error(
+        "the flood fill of the rule {rule:?} passed its largest area {max_area}: it reached {area:.6} with {triangles} triangles"
+    )]
+    FloodTooLarge {
+        /// The rule.
+        rule: String,
+        /// Area allowed.
+        max_area: f64,
+        /// Area reached.
+        area: f64,
+        /// Triangles reached.
+        triangles: usize,
+    },
+    /// The tags belong to another mesh.
+    #[error("these tags are for another mesh: {what} should be {expected}, but {mesh} has {found}")]
+    OtherMesh {
+        /// What differs.
+        what: &'static str,
+        /// Value in the tag file.
+        expected: String,
+        /// Value of the mesh.
+        found: String,
+        /// The mesh's file.
+        mesh: String,
+    },
+}
+
+impl TagProblem {
+    /// What the user can do about it.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            TagProblem::Io(_) => "check the path, the spelling of the name and the permissions",
+            TagProblem::Syntax(_) => "correct the file at this place",
+            TagProblem::NotATag { .. } => {
+                "write `12`, `40-57` or `group: rim_*`; `#` starts a comment"
+            }
+            TagProblem::TomlInText => "rename the file to end in .toml",
+            TagProblem::NotARange { .. } => "write `12`, `40-57`, or `40-57:2` for every second",
+            TagProblem::BackwardRange { .. } => "put the lower index first",
+            TagProblem::BelowBase { .. } => "correct the index, or set index_base = 0",
+            TagProblem::OutOfRange { .. } => {
+                "indices count the `f` lines of an OBJ or the facets of an STL from 0; check that the tags belong to this mesh"
+            }
+            TagProblem::BadValue(_) => "correct the value",
+            TagProblem::NoCondition { .. } => {
+                "add `triangles`, `group`, `object`, `material`, `plane`, `box` or `near`"
+            }
+            TagProblem::SelectsNothing { .. } => {
+                "check its conditions with `midsurf tags PART TAGS`, or set on_empty = \"warn\" under [options]"
+            }
+            TagProblem::NoSuchName { .. } => "`midsurf info PART` lists the names of a mesh",
+            TagProblem::FloodTooLarge { .. } => {
+                "lower grow_angle so that it stops at the edge of the face, or raise max_area"
+            }
+            TagProblem::OtherMesh { .. } => {
+                "use the mesh that the tags were made for, or check the tags against this one and update [mesh]"
+            }
+        }
+    }
+}
+
+/// Why a tag file could not be used.
+#[derive(Debug)]
+pub struct TagError {
+    file: PathBuf,
+    line: Option<u64>,
+    problem: TagProblem,
+    source: Option<(NamedSource<String>, SourceSpan)>,
+}
+
+impl TagError {
+    pub(super) fn whole(file: &Path, problem: TagProblem) -> TagError {
+        TagError {
+            file: file.to_owned(),
+            line: None,
+            problem,
+            source: None,
+        }
+    }
+
+    pub(super) fn at(file: &Path, text: &str, (span, problem): Located) -> TagError {
+        let span = clamp(text, span);
+        let line = 1 + text[..span.start].bytes().filter(|&b| b == b'\n').count() as u64;
+        let source = NamedSource::new(file.display().to_string(), text.to_owned());
+        TagError {
+            file: file.to_owned(),
+            line: Some(line),
+            problem,
+            source: Some((source, span.into())),
+        }
+    }
+
+    /// The tag file.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Line of the tag file, counted from 1.
+    pub fn line(&self) -> Option<u64> {
+        self.line
+    }
+
+    /// What is wrong.
+    pub fn problem(&self) -> &TagProblem {
+        &self.problem
+    }
+}
+
+/// Keeps a span inside the text and on character bounds.
+fn clamp(text: &str, span: Span) -> Span {
+    let floor = |mut at: usize| {
+        at = at.min(text.len());
+        while !text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
+    };
+    let start = floor(span.start);
+    start..floor(span.end).max(start)
+}
+
+impl fmt::Display for TagError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = self.file.display();
+        match self.line {
+            Some(line) => write!(f, "{file}, line {line}: {}", self.problem),
+            None => write!(f, "{file}: {}", self.problem),
+        }
+    }
+}
+
+impl std::error::Error for TagError {}
+
+impl Diagnostic for TagError {
+    fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new("midsurf::tags"))
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(self.problem.remedy()))
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.source
+            .as_ref()
+            .map(|(text, _)| text as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let (_, span) = self.source.as_ref()?;
+        Some(Box::new(std::iter::once(LabeledSpan::new_with_span(
+            Some("here".to_owned()),
+            *span,
+        ))))
+    }
+}
