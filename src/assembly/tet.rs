@@ -12,6 +12,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
+use super::polygon;
 use crate::follow::border::{self, BorderStop, Kink};
 use crate::follow::contour;
 use crate::follow::face::{ArcEnd, FaceContours, FaceNodeKind, FaceSeed};
@@ -21,6 +22,7 @@ use crate::follow::solve::distance_to;
 use crate::follow::{Pair, Probe};
 use crate::lattice::{EdgeKey, FaceKey, TetKey};
 use crate::mesh::FaceId;
+use crate::vertices::{self, Crossing};
 
 /// Name of a vertex of the mid-surface, the same for all who share it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -55,6 +57,8 @@ pub enum InnerKind {
     OnCoping(FaceId),
     /// A coping border bends.
     Kink,
+    /// A polygon needed a vertex in its middle.
+    Middle,
 }
 
 /// A vertex inside a tetrahedron.
@@ -84,6 +88,8 @@ pub struct TetSurface {
     pub inner: Vec<InnerVertex>,
     /// Pieces of sheets.
     pub polygons: Vec<Polygon>,
+    /// Triangles of all polygons.
+    pub triangles: Vec<[VertexKey; 3]>,
     /// Faces that should have had a vertex where a curve came through.
     pub seeds: Vec<(FaceKey, FaceSeed)>,
     /// Places where a loop does not close.
@@ -125,8 +131,14 @@ enum EndKind {
     Border { coping: FaceId, towards: DVec3 },
 }
 
-/// Solves a tetrahedron given the contours of its four faces.
-pub fn solve_tet(probe: &mut Probe, key: TetKey, cage: &Cage, faces: [&FaceContours; 4]) -> TetSurface {
+/// Solves a tetrahedron given the contours of its four faces and the vertices of its edges.
+pub fn solve_tet(
+    probe: &mut Probe,
+    key: TetKey,
+    cage: &Cage,
+    faces: [&FaceContours; 4],
+    crossings: &FxHashMap<EdgeKey, SmallVec<[Crossing; 1]>>,
+) -> TetSurface {
     let tie = probe.walls().tolerances().tie;
     let mut work = Work {
         probe,
@@ -134,6 +146,7 @@ pub fn solve_tet(probe: &mut Probe, key: TetKey, cage: &Cage, faces: [&FaceConto
         cage,
         faces,
         face_keys: key.faces(),
+        crossings,
         near: 1e-6 * cage.size() + 16.0 * tie,
         ends: Vec::new(),
         strands: Vec::new(),
@@ -145,6 +158,7 @@ pub fn solve_tet(probe: &mut Probe, key: TetKey, cage: &Cage, faces: [&FaceConto
     work.face_ends();
     work.curves();
     work.chain();
+    work.cut_polygons();
     work.out
 }
 
@@ -154,6 +168,7 @@ struct Work<'w, 'a> {
     cage: &'w Cage,
     faces: [&'w FaceContours; 4],
     face_keys: [FaceKey; 4],
+    crossings: &'w FxHashMap<EdgeKey, SmallVec<[Crossing; 1]>>,
     near: f64,
     ends: Vec<CurveEnd>,
     strands: Vec<Strand>,
@@ -572,6 +587,52 @@ impl Work<'_, '_> {
         }
     }
 
+    /// Cuts all polygons into triangles.
+    fn cut_polygons(&mut self) {
+        let polygons = std::mem::take(&mut self.out.polygons);
+        for polygon in polygons.iter().filter(|p| p.corners.len() >= 3) {
+            let points: Vec<DVec3> = polygon.corners.iter().map(|&v| self.position(v)).collect();
+            let on: Vec<u8> = polygon.corners.iter().map(|&v| self.faces_of(v)).collect();
+            let cut = polygon::triangulate(&points, |i, j| on[i] & on[j] != 0);
+            match cut {
+                Some(triangles) => {
+                    self.out.triangles.extend(triangles.iter().map(|t| t.map(|c| polygon.corners[c])))
+                }
+                None => {
+                    let middle = self.add_middle(&points);
+                    let n = points.len();
+                    for k in 0..n {
+                        self.out.triangles.push([polygon.corners[k], polygon.corners[(k + 1) % n], middle]);
+                    }
+                }
+            }
+        }
+        self.out.polygons = polygons;
+    }
+
+    /// A vertex in the middle of a polygon, on the mid-surface if it is found there.
+    fn add_middle(&mut self, points: &[DVec3]) -> VertexKey {
+        let centre = points.iter().sum::<DVec3>() / points.len() as f64;
+        let reach = 0.5 * points.iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
+        let normal = polygon::normal(points).normalize_or_zero();
+        let found = vertices::crossing_near(self.probe, centre, normal, reach);
+        let (at, walls) = match found {
+            Some(c) => (c.at, SmallVec::from_slice(&c.walls)),
+            None => (centre, SmallVec::new()),
+        };
+        VertexKey::Inner(self.key, self.add_inner(at, InnerKind::Middle, walls))
+    }
+
+    /// Faces of the tetrahedron that a vertex lies on, one bit each.
+    fn faces_of(&self, vertex: VertexKey) -> u8 {
+        let on = |f: usize| match vertex {
+            VertexKey::Edge(e, _) => self.face_keys[f].edges().contains(&e),
+            VertexKey::Face(k, _) => self.face_keys[f] == k,
+            VertexKey::Inner(..) => false,
+        };
+        (0..4).map(|f| (on(f) as u8) << f).sum()
+    }
+
     fn position(&self, vertex: VertexKey) -> DVec3 {
         match vertex {
             VertexKey::Face(key, n) => (0..4)
@@ -579,7 +640,9 @@ impl Work<'_, '_> {
                 .and_then(|f| self.faces[f].nodes.get(n as usize))
                 .map_or(DVec3::NAN, |node| node.at),
             VertexKey::Inner(_, n) => self.out.inner.get(n as usize).map_or(DVec3::NAN, |v| v.at),
-            VertexKey::Edge(..) => 0.25 * self.cage.corners.iter().sum::<DVec3>(),
+            VertexKey::Edge(e, n) => {
+                self.crossings.get(&e).and_then(|l| l.get(n as usize)).map_or(DVec3::NAN, |c| c.at)
+            }
         }
     }
 }

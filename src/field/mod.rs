@@ -20,6 +20,9 @@
 //! - A point farther than 1e6 diagonals from the part is answered right, but
 //!   slowly.
 
+pub mod thickness;
+pub mod walls;
+
 mod hits;
 mod sign;
 #[cfg(test)]

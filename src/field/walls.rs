@@ -113,6 +113,20 @@ impl<'a> Walls<'a> {
         s.iter().any(|v| t.contains(v))
     }
 
+    /// Whether two triangles share an edge that is reflex or bends by at most
+    /// `angle` degrees: a footpoint passes it without a jump worth a vertex.
+    pub fn smooth_neighbours(&self, a: FaceId, b: FaceId, angle: f64) -> bool {
+        let Some(k) = self.neighbours[a.index()].iter().position(|&n| n == Some(b)) else { return false };
+        let (na, nb) = (self.field.normal(a), self.field.normal(b));
+        if na.dot(nb) >= angle.to_radians().cos() {
+            return true;
+        }
+        let corners = self.field.corners(a);
+        // Out of `a` across the edge: at a convex edge the neighbour's normal leans that way.
+        let out = (corners[(k + 1) % 3] - corners[k]).cross(na);
+        nb.dot(out) < 0.0
+    }
+
     /// Whether two tied footpoints of `x` make `x` a point of the mid-surface.
     pub fn separate(&self, x: DVec3, a: &Footpoint, b: &Footpoint) -> bool {
         if a.face == b.face {

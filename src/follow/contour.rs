@@ -134,7 +134,9 @@ fn heading(probe: &Probe, x: DVec3, normal: DVec3, pair: Pair) -> (DVec3, f64) {
 
 /// Follows the contour of `pair` from `start` through the region.
 pub fn follow(probe: &mut Probe, region: &Region, start: DVec3, pair: Pair) -> Stop {
-    Follower::new(probe, region, start, pair).run()
+    let stop = Follower::new(probe, region, start, pair).run();
+    if let Stop::Lost{at} = stop { if std::env::var("DBG").is_ok() && !DBG.with(|d| d.get()) { eprintln!("LOST at {at} start {start} pair {pair:?} region {:?}", region.corners); DBG.with(|d| d.set(true)); Follower::new(probe, region, start, pair).run(); DBG.with(|d| d.set(false)); } }
+    stop
 }
 
 struct Follower<'p, 'a, 'r> {
@@ -203,9 +205,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let stride = predicted.distance(self.x);
         let allowed = 0.3 * stride + 4.0 * self.tie;
         let corrected = self.correct(predicted, third, self.pair, allowed);
-        let Some(mut y) = corrected else { return Step::Shorten };
+        let Some(mut y) = corrected else { return shorten(line!()) };
         if leaving && self.off_side(side.unwrap_or(0), y) {
-            return Step::Shorten;
+            return shorten(line!());
         }
         // Out of the part on the way?
         let mut left_part = None;
@@ -225,7 +227,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 break;
             }
             if slide > 24 {
-                return Step::Shorten;
+                return shorten(line!());
             }
             let Some(next) = self.slide(y, pair, foot.face) else {
                 return self.meet(y, pair, foot.face);
@@ -234,12 +236,12 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             if left_part.is_some() {
                 // The exit was found with another facet: shorter steps meet it with this one.
                 if stride > 0.05 * self.size {
-                    return Step::Shorten;
+                    return shorten(line!());
                 }
             }
             match self.correct(y, third, pair, allowed) {
                 Some(z) => y = z,
-                None => return Step::Shorten,
+                None => return shorten(line!()),
             }
             if left_part.is_some() {
                 match self.settle_on_coping(y, pair) {
@@ -247,17 +249,17 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                         y = at;
                         left_part = Some(coping);
                     }
-                    None => return Step::Shorten,
+                    None => return shorten(line!()),
                 }
             }
         }
         let (next_heading, _) = heading(self.probe, y, self.region.normal, pair);
         if left_part.is_none() && next_heading.dot(t) < 0.85 && stride > 1e-3 * self.size {
-            return Step::Shorten;
+            return shorten(line!());
         }
         if !self.probe.separate(y, pair.left, pair.right) {
             return if stride > 1e-7 * self.size.max(self.tie) && self.shrinkable(stride) {
-                Step::Shorten
+                shorten(line!())
             } else {
                 Step::Stop(Stop::Fades { at: self.x, pair: self.pair })
             };
@@ -358,7 +360,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             (pair.right, Pair { left: pair.left, right: nearer }),
         ] {
             let was = field.footpoint_on(y, old);
-            let bend = (y - was.point).normalize_or_zero().dot(u);
+            let mut bend = (y - was.point).normalize_or_zero().dot(u);
+            if walls.smooth_neighbours(old, nearer, CREASE_ANGLE) {
+                bend = bend.max(cosine);
+            }
             if bend < cosine || best.is_some_and(|b| b.0 >= bend) || !walls.slides(&was, &foot) {
                 continue;
             }
@@ -368,6 +373,17 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         walls
             .separate(y, &field.footpoint_on(y, new.left), &field.footpoint_on(y, new.right))
             .then_some(new)
+    }
+
+    /// `pair` with `wall` in the place of a triangle that it shares its footpoint with.
+    fn prefer(&self, at: DVec3, pair: Pair, wall: FaceId) -> Pair {
+        let field = self.probe.field();
+        let point = field.footpoint_on(at, wall).point;
+        let same = |f: FaceId| field.footpoint_on(at, f).point.distance(point) <= 8.0 * self.tie;
+        Pair {
+            left: if same(pair.left) { wall } else { pair.left },
+            right: if same(pair.right) { wall } else { pair.right },
+        }
     }
 
     /// Another wall is nearer at `y`: find where it came up and what meets there.
@@ -383,7 +399,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             let reach = 2.0 * self.x.distance(y) + 4.0 * self.tie;
             let conditions = [self.tie_condition(pair), Condition::Tie(pair.left, third), self.region.plane()];
             let Some(p) = solve(field, conditions, guess, reach, self.tolerance) else {
-                return Step::Shorten;
+                return shorten(line!());
             };
             let d = distance_to(field, p, pair.left).0;
             let foot = self.probe.nearest(p, third);
@@ -392,15 +408,15 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 break;
             }
             if foot.face == third {
-                return Step::Shorten;
+                return shorten(line!());
             }
             third = foot.face;
         }
-        let Some((at, distance)) = at else { return Step::Shorten };
+        let Some((at, distance)) = at else { return shorten(line!()) };
         let (t, _) = heading(self.probe, self.x, self.region.normal, self.pair);
         let ahead = (at - self.x).dot(t);
         if ahead < -4.0 * self.tie || self.region.excess(at) > 1e-9 * self.size {
-            return Step::Shorten;
+            return shorten(line!());
         }
         if self.region.may_leave_part
             && ahead > self.tie
@@ -417,9 +433,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             .iter()
             .enumerate()
             .max_by(|a, b| a.1.direction.dot(-back).total_cmp(&b.1.direction.dot(-back)));
-        let Some((arrived, spoke)) = arrived else { return Step::Shorten };
+        let Some((arrived, spoke)) = arrived else { return shorten(line!()) };
         if spoke.direction.dot(-back) < 0.5 {
-            return Step::Shorten;
+            return shorten(line!());
         }
         if fan.spokes.len() == 2 {
             let on = fan.spokes[1 - arrived];
@@ -428,10 +444,12 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 // A facet edge of a curved wall: walk on with the other facet.
                 self.travelled += at.distance(self.x) + self.tie;
                 self.x = at;
-                self.pair = on.pair;
+                self.pair = self.prefer(at, on.pair, third);
                 return Step::Moved;
             }
         }
         Step::Stop(Stop::Node { fan, arrived })
     }
 }
+fn shorten(l: u32) -> Step { if DBG.with(|d| d.get()) { eprintln!("shorten at {l}"); } Step::Shorten }
+thread_local!{ pub static DBG: std::cell::Cell<bool> = const { std::cell::Cell::new(false) }; }

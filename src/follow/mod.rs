@@ -18,6 +18,7 @@
 
 pub mod border;
 pub mod contour;
+pub mod face;
 pub mod fan;
 pub mod seam;
 pub mod solve;

@@ -106,6 +106,16 @@ pub fn crossings(
     out
 }
 
+/// The mid-surface point nearest to `centre` on the line along `direction`,
+/// at most `reach` away.
+pub fn crossing_near(probe: &mut Probe, centre: DVec3, direction: DVec3, reach: f64) -> Option<Crossing> {
+    let ends = [centre - reach * direction, centre + reach * direction];
+    let samples = ends.map(|p| sample_node(probe, p));
+    crossings(probe, ends, [&samples[0], &samples[1]])
+        .into_iter()
+        .min_by(|a, b| a.at.distance(centre).total_cmp(&b.at.distance(centre)))
+}
+
 /// Vertices on a stretch inside the part whose ends have `a` and `b` nearest.
 fn stretch(
     probe: &mut Probe,

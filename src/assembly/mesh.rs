@@ -1,0 +1,57 @@
+//! The raw mesh: triangles over shared vertices, with the lines that followers gave.
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+
+use super::tet::Line;
+use crate::mesh::FaceId;
+
+/// A vertex with the walls that tie there.
+#[derive(Clone, Debug)]
+pub struct RawVertex {
+    /// Where.
+    pub at: DVec3,
+    /// Wall triangles that tie.
+    pub walls: SmallVec<[FaceId; 4]>,
+    /// The coping triangle, on a coping border.
+    pub coping: Option<FaceId>,
+}
+
+/// Triangles over shared vertices.
+#[derive(Clone, Debug, Default)]
+pub struct RawMesh {
+    /// Vertices.
+    pub vertices: Vec<RawVertex>,
+    /// Triangles; no orientation promised.
+    pub triangles: Vec<[u32; 3]>,
+    /// What followers said of an edge, low vertex first. Edges not listed are
+    /// inside a sheet.
+    pub lines: FxHashMap<(u32, u32), Line>,
+}
+
+/// An edge by its vertices, low first.
+pub fn edge(a: u32, b: u32) -> (u32, u32) {
+    (a.min(b), a.max(b))
+}
+
+impl RawMesh {
+    /// Triangles at each edge, edges in ascending order.
+    pub fn edge_triangles(&self) -> Vec<((u32, u32), SmallVec<[u32; 3]>)> {
+        let mut all: Vec<((u32, u32), u32)> = Vec::with_capacity(3 * self.triangles.len());
+        for (t, c) in self.triangles.iter().enumerate() {
+            for k in 0..3 {
+                all.push((edge(c[k], c[(k + 1) % 3]), t as u32));
+            }
+        }
+        all.sort_unstable();
+        let mut out: Vec<((u32, u32), SmallVec<[u32; 3]>)> = Vec::new();
+        for (e, t) in all {
+            match out.last_mut() {
+                Some(last) if last.0 == e => last.1.push(t),
+                _ => out.push((e, SmallVec::from_slice(&[t]))),
+            }
+        }
+        out
+    }
+}

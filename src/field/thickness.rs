@@ -1,0 +1,111 @@
+//! Maximal balls seen from the wall: wall thickness before any extraction.
+
+use glam::DVec3;
+
+use super::{Field, Footpoint};
+use crate::mesh::FaceId;
+
+/// The largest ball inside the walls that touches `point` of wall `face`
+/// (shrinking ball: Ma, Bae and Choi 2012, with exact triangle distances):
+/// its centre and where it touches besides. `None` where nothing faces the
+/// point, or the ball's centre lies outside the part.
+pub fn maximal_ball(field: &Field, face: FaceId, point: DVec3) -> Option<(DVec3, Footpoint)> {
+    const STEPS: usize = 60;
+    let inward = -field.normal(face);
+    if inward == DVec3::ZERO {
+        return None;
+    }
+    let (low, high) = field.bounds();
+    let size = (high - low).length();
+    let mut radius = size;
+    let mut touch = None;
+    for _ in 0..STEPS {
+        let centre = point + radius * inward;
+        let foot = field.footpoint_near(centre, face);
+        if foot.distance >= radius * (1.0 - 1e-9) {
+            break;
+        }
+        let way = foot.point - point;
+        let across = inward.dot(way);
+        if across <= 1e-9 * size {
+            return None;
+        }
+        touch = Some(foot);
+        radius = way.length_squared() / (2.0 * across);
+    }
+    let centre = point + radius * inward;
+    let touch = touch?;
+    field.inside(centre).then_some((centre, touch))
+}
+
+/// Points spread over a triangle: its centroid, or for a triangle large
+/// against `spacing` a grid, at most `most` points.
+pub fn spread(corners: [DVec3; 3], spacing: f64, most: usize) -> impl Iterator<Item = DVec3> {
+    let [a, b, c] = corners;
+    let area = 0.5 * (b - a).cross(c - a).length();
+    let wanted = (area / (spacing * spacing)).clamp(1.0, most as f64);
+    // n(n + 1)/2 up and n(n - 1)/2 down triangles: n^2 in all.
+    let n = (wanted.sqrt() as usize).max(1);
+    (0..n).flat_map(move |i| {
+        (0..2 * (n - i) - 1).map(move |k| {
+            let (j, down) = (k / 2, k % 2 == 1);
+            let shift = if down { 2.0 / 3.0 } else { 1.0 / 3.0 };
+            let u = (i as f64 + shift) / n as f64;
+            let v = (j as f64 + shift) / n as f64;
+            a + u * (b - a) + v * (c - a)
+        })
+    })
+}
+
+/// Wall thickness over the walls, weighted by area: sorted values and weights.
+#[derive(Clone, Debug, Default)]
+pub struct ThicknessProfile {
+    /// Thickness and wall area it stands for, ascending by thickness.
+    samples: Vec<(f64, f64)>,
+}
+
+impl ThicknessProfile {
+    /// Measures a part at some `count` points of its walls. Balls in convex
+    /// corners (object angle at most 135 degrees) are left out.
+    pub fn measure(field: &Field, count: usize) -> ThicknessProfile {
+        let walls: Vec<FaceId> =
+            (0..field.face_count() as u32).map(FaceId).filter(|&f| !field.is_coping(f)).collect();
+        let area = |f: FaceId| {
+            let [a, b, c] = field.corners(f);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        let total: f64 = walls.iter().map(|&f| area(f)).sum();
+        let spacing = (total / count.max(1) as f64).sqrt();
+        // Of many small triangles every k-th will do.
+        let stride = (walls.len() / count.max(1)).max(1);
+        let mut samples = Vec::new();
+        for &face in walls.iter().step_by(stride) {
+            let points: Vec<DVec3> = spread(field.corners(face), spacing, 64).collect();
+            let share = area(face) / points.len() as f64;
+            for p in points {
+                if let Some((centre, touch)) = maximal_ball(field, face, p) {
+                    let (u, v) = (p - centre, touch.point - centre);
+                    let angle = u.cross(v).length().atan2(u.dot(v)).to_degrees();
+                    if angle > super::walls::MAX_FIN_ANGLE {
+                        samples.push((p.distance(touch.point), share));
+                    }
+                }
+            }
+        }
+        samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ThicknessProfile { samples }
+    }
+
+    /// The thickness below which `percent` of the wall area lies.
+    pub fn percentile(&self, percent: f64) -> Option<f64> {
+        let total: f64 = self.samples.iter().map(|s| s.1).sum();
+        let mut sum = 0.0;
+        for &(thickness, weight) in &self.samples {
+            sum += weight;
+            if sum >= 0.01 * percent * total {
+                return Some(thickness);
+            }
+        }
+        self.samples.last().map(|s| s.0)
+    }
+}
