@@ -206,7 +206,8 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let allowed = 0.3 * stride + 4.0 * self.tie;
         let corrected = self.correct(predicted, third, self.pair, allowed);
         let Some(mut y) = corrected else { return shorten(line!()) };
-        if leaving && self.off_side(side.unwrap_or(0), y) {
+        // A bent contour may leave through another side than its tangent.
+        if if leaving { self.off_side(side.unwrap_or(0), y) } else { self.region.excess(y) > 1e-12 * self.size } {
             return shorten(line!());
         }
         // Out of the part on the way?

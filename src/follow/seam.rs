@@ -170,7 +170,8 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
             length = stride * 0.4;
             continue;
         };
-        if leaving && cage.excess(y, exit.0) > 1e-9 * size {
+        let slack = if leaving { 1e-9 } else { 1e-12 };
+        if cage.excess(y, if leaving { exit.0 } else { usize::MAX }) > slack * size {
             length = stride * 0.4;
             continue;
         }
