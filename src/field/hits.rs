@@ -118,7 +118,11 @@ fn volume(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
     let permanent = a.z.abs() * (bc.abs() + cb.abs())
         + b.z.abs() * (ca.abs() + ac.abs())
         + c.z.abs() * (ab.abs() + ba.abs());
-    if det.abs() > VOLUME_ERROR * permanent { det } else { 0.0 }
+    if det.abs() > VOLUME_ERROR * permanent {
+        det
+    } else {
+        0.0
+    }
 }
 
 /// Whether the segment touches the triangle, and where first.
@@ -133,7 +137,11 @@ fn touch(triangle: &Triangle, from: DVec3, to: DVec3) -> Option<f64> {
     }
     // The line passes the triangle when it turns one way round one edge and
     // the other way round another.
-    let turns = [volume(from, to, a, b), volume(from, to, b, c), volume(from, to, c, a)];
+    let turns = [
+        volume(from, to, a, b),
+        volume(from, to, b, c),
+        volume(from, to, c, a),
+    ];
     if turns.iter().any(|&v| v > 0.0) && turns.iter().any(|&v| v < 0.0) {
         return None;
     }

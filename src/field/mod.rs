@@ -81,8 +81,15 @@ impl Field {
     /// The field of a part.
     pub fn new(part: &Part) -> Field {
         let mesh = part.mesh();
-        let corners = mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize]));
-        Field::from_triangles(corners.collect(), mesh.triangles.clone(), part.coping().to_vec())
+        let corners = mesh
+            .triangles
+            .iter()
+            .map(|t| t.map(|v| mesh.positions[v as usize]));
+        Field::from_triangles(
+            corners.collect(),
+            mesh.triangles.clone(),
+            part.coping().to_vec(),
+        )
     }
 
     /// The field of triangles given one by one.
@@ -125,7 +132,12 @@ impl Field {
         for (slot, triangle) in triangles.iter().enumerate() {
             slots[triangle.face.index()] = slot as u32;
         }
-        let sign = Sign::new(&triangles[..in_trees], &indices, [&wall_tree, &coping_tree], frame);
+        let sign = Sign::new(
+            &triangles[..in_trees],
+            &indices,
+            [&wall_tree, &coping_tree],
+            frame,
+        );
         Field {
             triangles,
             slots,
@@ -244,7 +256,11 @@ impl Field {
             Sign::Pseudonormals(normals) => normals.inside(&self.triangles, slot, &closest),
             Sign::Winding(_) => self.inside(p),
         };
-        if inside { best.distance } else { -best.distance }
+        if inside {
+            best.distance
+        } else {
+            -best.distance
+        }
     }
 
     /// Puts every triangle, wall or coping, that the closed segment touches
@@ -391,7 +407,8 @@ impl Best {
         let closest = triangle.closest(p);
         if closest.square <= self.square_limit {
             let distance = closest.square.sqrt();
-            if distance < self.distance || (distance == self.distance && triangle.face < self.face) {
+            if distance < self.distance || (distance == self.distance && triangle.face < self.face)
+            {
                 *self = Best {
                     distance,
                     square_limit: closest.square * (1.0 + 1e-15),

@@ -16,10 +16,10 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
+use super::Field;
 use super::topology::Topology;
 use super::tree::{Child, Frame, Tree, WIDTH};
 use super::triangle::{Closest, Feature, Triangle};
-use super::Field;
 
 #[derive(Clone, Debug)]
 pub(super) enum Sign {
@@ -29,7 +29,12 @@ pub(super) enum Sign {
 
 impl Sign {
     /// `triangles` are those in the trees, by slot.
-    pub fn new(triangles: &[Triangle], indices: &[[u32; 3]], trees: [&Tree; 2], frame: Frame) -> Sign {
+    pub fn new(
+        triangles: &[Triangle],
+        indices: &[[u32; 3]],
+        trees: [&Tree; 2],
+        frame: Frame,
+    ) -> Sign {
         // One normal that means nothing would spoil its edges and vertices.
         let sound = !triangles.iter().any(Triangle::is_thin);
         match sound.then(|| Topology::new(triangles, indices)).flatten() {
@@ -174,11 +179,16 @@ fn dipoles(tree: &Tree, triangles: &[Triangle], frame: Frame) -> Vec<[Dipole; WI
                 break;
             }
             let mut dipole = if child.is_leaf() {
-                gather(triangles[child.slots()].iter().map(|t| own_dipole(t, frame)))
+                gather(
+                    triangles[child.slots()]
+                        .iter()
+                        .map(|t| own_dipole(t, frame)),
+                )
             } else {
                 gather(all[child.index()].into_iter().filter(|d| d.area > 0.0))
             };
-            let corner = |bounds: [[f32; WIDTH]; 3]| DVec3::from(bounds.map(|b| f64::from(b[lane])));
+            let corner =
+                |bounds: [[f32; WIDTH]; 3]| DVec3::from(bounds.map(|b| f64::from(b[lane])));
             let reach = (corner(node.high) - dipole.centre).max(dipole.centre - corner(node.low));
             dipole.square_radius = reach.length_squared();
             all[index][lane] = dipole;

@@ -160,12 +160,10 @@ impl Node {
     #[inline]
     fn squares(&self, p: [f32; 3]) -> Lanes {
         let mut squares = [0.0; WIDTH];
-        for axis in 0..3 {
-            for (lane, square) in squares.iter_mut().enumerate() {
-                let below = self.low[axis][lane] - p[axis];
-                let above = p[axis] - self.high[axis][lane];
-                let gap = below.max(above).max(0.0);
-                *square += gap * gap;
+        for ((low, high), x) in self.low.iter().zip(&self.high).zip(p) {
+            for lane in 0..WIDTH {
+                let gap = (low[lane] - x).max(x - high[lane]).max(0.0);
+                squares[lane] += gap * gap;
             }
         }
         squares
@@ -202,7 +200,10 @@ impl Tree {
         };
         build.add_root();
         let Build { order, nodes, .. } = build;
-        *triangles = order.iter().map(|&i| triangles[i as usize].clone()).collect();
+        *triangles = order
+            .iter()
+            .map(|&i| triangles[i as usize].clone())
+            .collect();
         Tree { nodes }
     }
 
@@ -210,7 +211,12 @@ impl Tree {
     /// near ones first. `visit` gets the leaf's slots and returns the limit
     /// from there on.
     #[inline]
-    pub fn descend(&self, query: &Query, mut limit: f32, mut visit: impl FnMut(Range<usize>) -> f32) {
+    pub fn descend(
+        &self,
+        query: &Query,
+        mut limit: f32,
+        mut visit: impl FnMut(Range<usize>) -> f32,
+    ) {
         if self.nodes.is_empty() {
             return;
         }
@@ -258,7 +264,11 @@ fn padded_box(triangle: &Triangle, frame: Frame) -> Aabb {
 
 fn round_down(x: f64) -> f32 {
     let near = x as f32;
-    if f64::from(near) > x { near.next_down() } else { near }
+    if f64::from(near) > x {
+        near.next_down()
+    } else {
+        near
+    }
 }
 
 fn round_up(x: f64) -> f32 {
@@ -336,7 +346,10 @@ impl Build<'_> {
         while children.len() < WIDTH {
             let widest = (0..children.len())
                 .filter(|&i| self.counts[children[i]] > LEAF)
-                .max_by(|&i, &j| self.surface(children[i]).total_cmp(&self.surface(children[j])));
+                .max_by(|&i, &j| {
+                    self.surface(children[i])
+                        .total_cmp(&self.surface(children[j]))
+                });
             let Some(widest) = widest else { break };
             let first = self.binary.nodes[children[widest]].first_index as usize;
             children[widest] = first;
@@ -357,7 +370,8 @@ impl Build<'_> {
             let start = node.first_index as usize;
             if node.is_leaf() {
                 let end = start + node.prim_count as usize;
-                self.order.extend(&self.binary.primitive_indices[start..end]);
+                self.order
+                    .extend(&self.binary.primitive_indices[start..end]);
             } else {
                 stack.extend([start + 1, start]);
             }
