@@ -20,7 +20,9 @@
 //! - A point farther than 1e6 diagonals from the part is answered right, but
 //!   slowly.
 
+mod block;
 mod hits;
+mod nearest;
 mod sign;
 #[cfg(test)]
 mod tests;
@@ -31,9 +33,10 @@ mod triangle;
 use glam::DVec3;
 
 use crate::mesh::{FaceId, Part};
+use nearest::Best;
 use sign::Sign;
-use tree::{Frame, Query, Tree};
-use triangle::{Closest, Triangle};
+use tree::{Frame, Tree};
+use triangle::Triangle;
 
 /// Nearest wall point to a query `p`; the footpoint vector is `point - p`.
 ///
@@ -195,21 +198,17 @@ impl Field {
         if radius.is_nan() || radius < 0.0 {
             return;
         }
-        let query = Query::new(self.frame, p);
-        let limit = query.limit(radius);
-        self.wall_tree.descend(&query, limit, |slots| {
-            for triangle in &self.triangles[slots] {
-                let closest = triangle.closest(p);
-                let distance = closest.square.sqrt();
-                if distance <= radius {
-                    out.push(Footpoint {
-                        face: triangle.face,
-                        point: closest.point,
-                        distance,
-                    });
-                }
+        nearest::each_near(&self.wall_tree, self.frame, p, radius, |slot| {
+            let triangle = &self.triangles[slot];
+            let closest = triangle.closest(p);
+            let distance = closest.square.sqrt();
+            if distance <= radius {
+                out.push(Footpoint {
+                    face: triangle.face,
+                    point: closest.point,
+                    distance,
+                });
             }
-            limit
         });
         out.sort_unstable_by_key(|f| f.face);
     }
@@ -331,15 +330,8 @@ impl Field {
         wall.then_some(slot)
     }
 
-    fn search(&self, tree: &Tree, p: DVec3, mut best: Best) -> Best {
-        let query = Query::new(self.frame, p);
-        tree.descend(&query, query.limit(best.distance), |slots| {
-            for slot in slots {
-                best.offer(&self.triangles, slot, p);
-            }
-            query.limit(best.distance)
-        });
-        best
+    fn search(&self, tree: &Tree, p: DVec3, best: Best) -> Best {
+        nearest::search(tree, &self.triangles, self.frame, p, best)
     }
 
     fn finish_wall(&self, p: DVec3, best: Best) -> Footpoint {
@@ -371,51 +363,4 @@ fn bounds(corners: &[[DVec3; 3]]) -> (DVec3, DVec3) {
         total = Some(total.map_or((c, c), |(low, high)| (low.min(c), high.max(c))));
     }
     total.unwrap_or((DVec3::ZERO, DVec3::ZERO))
-}
-
-/// Best triangle so far.
-///
-/// Ordered by computed distance, then face. Squares are compared first, and
-/// roots only taken near a tie, because two squares may share a root.
-#[derive(Clone, Copy, Debug)]
-struct Best {
-    distance: f64,
-    /// Every square above this has a root above `distance`.
-    square_limit: f64,
-    face: FaceId,
-    found: Option<(usize, Closest)>,
-}
-
-impl Best {
-    fn none() -> Best {
-        Best::within(f64::INFINITY)
-    }
-
-    /// Accepts triangles at a distance of at most `distance`.
-    fn within(distance: f64) -> Best {
-        Best {
-            distance,
-            square_limit: distance * distance * (1.0 + 1e-15),
-            face: FaceId(u32::MAX),
-            found: None,
-        }
-    }
-
-    #[inline]
-    fn offer(&mut self, triangles: &[Triangle], slot: usize, p: DVec3) {
-        let triangle = &triangles[slot];
-        let closest = triangle.closest(p);
-        if closest.square <= self.square_limit {
-            let distance = closest.square.sqrt();
-            if distance < self.distance || (distance == self.distance && triangle.face < self.face)
-            {
-                *self = Best {
-                    distance,
-                    square_limit: closest.square * (1.0 + 1e-15),
-                    face: triangle.face,
-                    found: Some((slot, closest)),
-                };
-            }
-        }
-    }
 }

@@ -146,7 +146,7 @@ impl Winding {
                     if square > far * far * dipole.square_radius {
                         solid_angle += dipole.moment.dot(d) / (square * square.sqrt());
                     } else if child.is_leaf() {
-                        let triangles = &field.triangles[child.slots()];
+                        let triangles = &field.triangles[tree.leaf_slots(child)];
                         solid_angle += triangles.iter().map(|t| seen_angle(t, p)).sum::<f64>();
                     } else {
                         stack.push(child.index());
@@ -180,16 +180,15 @@ fn dipoles(tree: &Tree, triangles: &[Triangle], frame: Frame) -> Vec<[Dipole; WI
             }
             let mut dipole = if child.is_leaf() {
                 gather(
-                    triangles[child.slots()]
+                    triangles[tree.leaf_slots(child)]
                         .iter()
                         .map(|t| own_dipole(t, frame)),
                 )
             } else {
                 gather(all[child.index()].into_iter().filter(|d| d.area > 0.0))
             };
-            let corner =
-                |bounds: [[f32; WIDTH]; 3]| DVec3::from(bounds.map(|b| f64::from(b[lane])));
-            let reach = (corner(node.high) - dipole.centre).max(dipole.centre - corner(node.low));
+            let (low, high) = node.bounds(lane);
+            let reach = (high - dipole.centre).max(dipole.centre - low);
             dipole.square_radius = reach.length_squared();
             all[index][lane] = dipole;
         }
