@@ -147,7 +147,7 @@ impl Winding {
                         solid_angle += dipole.moment.dot(d) / (square * square.sqrt());
                     } else if child.is_leaf() {
                         let triangles = &field.triangles[tree.leaf_slots(child)];
-                        solid_angle += triangles.iter().map(|t| seen_angle(t, p)).sum::<f64>();
+                        solid_angle += seen_angle(triangles, p);
                     } else {
                         stack.push(child.index());
                     }
@@ -158,14 +158,28 @@ impl Winding {
     }
 }
 
-/// Signed solid angle of a triangle seen from `p`, positive from behind
+/// Signed solid angle of a leaf's triangles seen from `p`, positive from behind
 /// (van Oosterom and Strackee, 1983).
-fn seen_angle(triangle: &Triangle, p: DVec3) -> f64 {
-    let [a, b, c] = triangle.corners.map(|x| x - p);
-    let (la, lb, lc) = (a.length(), b.length(), c.length());
-    let volume = a.dot(b.cross(c));
-    let cosine = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    2.0 * volume.atan2(cosine)
+///
+/// Half the angle of a triangle is the argument of a complex number. As long as
+/// these are below an eighth of a turn, at most four can be multiplied and
+/// their sum taken from one arc tangent.
+fn seen_angle(triangles: &[Triangle], p: DVec3) -> f64 {
+    let mut sum = 0.0;
+    let (mut re, mut im) = (1.0, 0.0);
+    for triangle in triangles {
+        let [a, b, c] = triangle.corners.map(|x| x - p);
+        let (la, lb, lc) = (a.length(), b.length(), c.length());
+        let y = a.dot(b.cross(c));
+        let x = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        if y.abs() < x {
+            let slope = y / x;
+            (re, im) = (re - im * slope, im + re * slope);
+        } else {
+            sum += y.atan2(x);
+        }
+    }
+    2.0 * (sum + im.atan2(re))
 }
 
 fn dipoles(tree: &Tree, triangles: &[Triangle], frame: Frame) -> Vec<[Dipole; WIDTH]> {

@@ -15,15 +15,13 @@
 
 use std::ops::Range;
 
+use super::block::{self, Block, LANES};
+use super::triangle::Triangle;
 use glam::{DVec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
-use smallvec::SmallVec;
-
-use super::block::{self, Block, LANES};
-use super::triangle::Triangle;
 
 /// Children a node.
 pub(super) const WIDTH: usize = 8;
@@ -186,6 +184,21 @@ impl Node {
         x * x + y * y + z * z
     }
 
+    /// Pushes the children within the limit, the nearest last.
+    #[inline(always)]
+    fn push_near(&self, p: [Vec4; 3], limit: f32, stack: &mut Stack) {
+        let (first, second) = (self.squares(p, 0), self.squares(p, 1));
+        let bound = Vec4::splat(limit);
+        let mut near = first.cmple(bound).bitmask() | second.cmple(bound).bitmask() << 4;
+        let squares = [first.to_array(), second.to_array()];
+        let bottom = stack.len;
+        while near != 0 {
+            let lane = near.trailing_zeros() as usize % WIDTH;
+            near &= near - 1;
+            stack.insert(squares[lane / 4][lane % 4], self.child[lane], bottom);
+        }
+    }
+
     /// Lower and upper corner of a child's box.
     pub fn bounds(&self, lane: usize) -> (DVec3, DVec3) {
         let corner = |side: &[Lanes; 3]| {
@@ -195,10 +208,51 @@ impl Node {
     }
 }
 
-/// Nodes still to visit. Each visit takes one and adds at most eight, so the
-/// stack holds at most `7 depth + 1`: 64 inline entries serve a depth of nine
-/// full levels, and a deeper tree spills to the heap instead of failing.
-type Stack = SmallVec<[(f32, Child); 64]>;
+/// Children still to visit.
+struct Stack {
+    /// Square and child in one number: squares are not negative, so that the
+    /// numbers sort as the squares do.
+    keys: [u64; Stack::ROOM],
+    len: usize,
+}
+
+impl Stack {
+    /// A power of two, so that masking an index costs less than checking it.
+    const ROOM: usize = 128;
+
+    #[inline]
+    fn new() -> Stack {
+        Stack {
+            keys: [0; Stack::ROOM],
+            len: 0,
+        }
+    }
+
+    #[inline]
+    fn has_room(&self) -> bool {
+        self.len + WIDTH <= Stack::ROOM
+    }
+
+    /// Insertion sort of the entries from `bottom` on, nearest last.
+    #[inline(always)]
+    fn insert(&mut self, square: f32, child: Child, bottom: usize) {
+        let key = (u64::from(square.to_bits()) << 32) | u64::from(child.0);
+        let mut i = self.len;
+        while i > bottom && self.keys[(i - 1) % Stack::ROOM] < key {
+            self.keys[i % Stack::ROOM] = self.keys[(i - 1) % Stack::ROOM];
+            i -= 1;
+        }
+        self.keys[i % Stack::ROOM] = key;
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<(f32, Child)> {
+        self.len = self.len.checked_sub(1)?;
+        let key = self.keys[self.len % Stack::ROOM];
+        Some((f32::from_bits((key >> 32) as u32), Child(key as u32)))
+    }
+}
 
 /// The tree. Node 0 is the root; children stand after their parents.
 #[derive(Clone, Debug, Default)]
@@ -273,49 +327,40 @@ impl Tree {
     /// `visit` gets the leaf and the rough squared distances of its triangles
     /// (free lanes repeat the last) and returns the limit from there on.
     #[inline]
-    pub fn descend(
-        &self,
-        query: &Query,
-        mut limit: f32,
-        mut visit: impl FnMut(Child, Vec4) -> f32,
-    ) {
-        if self.nodes.is_empty() {
-            return;
+    pub fn descend(&self, query: &Query, limit: f32, mut visit: impl FnMut(Child, Vec4) -> f32) {
+        if !self.nodes.is_empty() {
+            // An infinite limit would let empty slots pass.
+            let limit = limit.min(f32::MAX);
+            let p = query.p.map(Vec4::splat);
+            self.descend_from(Child::node(0), p, limit, &mut visit);
         }
-        let p = query.p.map(Vec4::splat);
+    }
+
+    fn descend_from<F: FnMut(Child, Vec4) -> f32>(
+        &self,
+        mut child: Child,
+        p: [Vec4; 3],
+        mut limit: f32,
+        visit: &mut F,
+    ) -> f32 {
         let mut stack = Stack::new();
-        stack.push((0.0, Child::node(0)));
-        while let Some((square, child)) = stack.pop() {
-            if square > limit {
-                continue;
-            }
+        loop {
             if child.is_leaf() {
-                limit = visit(child, self.blocks[child.block()].squares(p));
-                continue;
+                limit = visit(child, self.blocks[child.block()].squares(p)).min(f32::MAX);
+            } else if stack.has_room() {
+                self.nodes[child.index()].push_near(p, limit, &mut stack);
+            } else {
+                // A node adds at most seven, so only a tree more than 17 nodes
+                // deep comes here, and the recursion is 17 times less deep.
+                limit = self.descend_from(child, p, limit, visit);
             }
-            let node = &self.nodes[child.index()];
-            let bottom = stack.len();
-            for half in 0..WIDTH / 4 {
-                let squares = node.squares(p, half);
-                let mut near = squares.cmple(Vec4::splat(limit)).bitmask();
-                let squares = squares.to_array();
-                while near != 0 {
-                    let lane = near.trailing_zeros() as usize;
-                    near &= near - 1;
-                    let (square, child) = (squares[lane % 4], node.child[half * 4 + lane % 4]);
-                    if child == Child::EMPTY {
-                        continue;
-                    }
-                    // Insertion sort, nearest on top.
-                    stack.push((square, child));
-                    let mut i = stack.len() - 1;
-                    while i > bottom && stack[i - 1].0 < square {
-                        stack[i] = stack[i - 1];
-                        i -= 1;
-                    }
-                    stack[i] = (square, child);
+            child = loop {
+                match stack.pop() {
+                    None => return limit,
+                    Some((square, child)) if square <= limit => break child,
+                    Some(_) => {}
                 }
-            }
+            };
         }
     }
 }
@@ -353,7 +398,7 @@ fn binary_tree(boxes: &[Aabb]) -> Bvh2 {
         SortPrecision::U64,
         2,
     );
-    ReinsertionOptimizer::default().run(&mut binary, 0.1, None);
+    ReinsertionOptimizer::default().run(&mut binary, 0.5, None);
     binary
 }
 
