@@ -153,3 +153,63 @@ impl Flat {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::FaceId;
+    use super::*;
+
+    fn check(corners: [DVec3; 3], p: DVec3) -> Result<(), TestCaseError> {
+        let low = corners[0].min(corners[1]).min(corners[2]);
+        let high = corners[0].max(corners[1]).max(corners[2]);
+        let frame = Frame::new(low, high);
+        let triangle = Triangle::new(corners, FaceId(0));
+        if triangle.is_degenerate() {
+            return Ok(());
+        }
+        let block = Block::new(std::slice::from_ref(&triangle), frame);
+        let local = frame.to_tree(p);
+        let query = local.to_array().map(|x| Vec4::splat(x as f32));
+        let exact = triangle.closest(p).square.sqrt() * frame.scale;
+        let bound = error(local.abs().max_element());
+        for square in block.squares(query).to_array() {
+            let rough = f64::from(square).sqrt();
+            prop_assert!(
+                (rough - exact).abs() <= bound,
+                "{corners:?} {p:?}: {rough} for {exact}, off by {:e}, bound {bound:e}",
+                rough - exact
+            );
+        }
+        Ok(())
+    }
+
+    fn vector(reach: f64) -> impl Strategy<Value = DVec3> {
+        prop::array::uniform3(-reach..reach).prop_map(DVec3::from)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(4000))]
+
+        #[test]
+        fn error_is_bounded(
+            a in vector(1.0),
+            b in vector(1.0),
+            c in vector(1.0),
+            p in vector(1.0),
+            flatness in 0..16_i32,
+            shrink in 0..6_i32,
+            away in 0..5_i32,
+            shift in prop::sample::select(vec![0.0, 1.0, 1e4]),
+        ) {
+            // Slivers of every height: the apex approaches the line a-b.
+            let foot = a.lerp(b, c.x);
+            let apex = foot + (c - foot) * 10.0_f64.powi(-flatness);
+            // Small ones beside a query at the part's own scale, too.
+            let size = 10.0_f64.powi(-shrink);
+            let place = |x: DVec3| x * size + DVec3::splat(shift);
+            check([a, b, apex].map(place), place(p * 10.0_f64.powi(away - 2)))?;
+        }
+    }
+}

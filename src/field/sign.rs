@@ -104,13 +104,13 @@ struct Dipole {
     square_radius: f64,
 }
 
-/// A dipole serves from this many radii on: its error is of the order of the
-/// squared inverse, times its share of the solid angle. Four keeps a closed
-/// part within 0.02 of 0 or 1.
-const FAR: f64 = 4.0;
+/// A dipole serves from this many radii on. On bumpy solids and thin shells the
+/// winding number then errs by less than half of `DOUBTFUL`; at 2 radii it
+/// erred by 0.06.
+const FAR: f64 = 3.0;
 
 /// When the winding number comes out this near to one half, it is computed
-/// again with dipoles only from `VERY_FAR` radii on.
+/// again with dipoles only from `VERY_FAR` radii on, where it errs by 1e-5.
 const DOUBTFUL: f64 = 0.1;
 const VERY_FAR: f64 = 32.0;
 
@@ -231,4 +231,30 @@ fn gather(parts: impl Iterator<Item = Dipole>) -> Dipole {
     }
     sum.centre /= sum.area;
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{Dice, bumpy, shell, winding};
+    use super::*;
+
+    #[test]
+    fn dipoles_stay_near_the_exact_winding_number() {
+        // Open at one place: a solid, and a shell of thin walls.
+        for mut shape in [bumpy(4), shell(bumpy(4), 0.97)] {
+            shape.drop_last(300);
+            let field = shape.field();
+            let Sign::Winding(number) = &field.sign else {
+                panic!("an open surface has no pseudonormals");
+            };
+            let mut dice = Dice(3);
+            for _ in 0..1500 {
+                let p = dice.point(field.bounds());
+                let exact = winding(&field, p);
+                let error = |far| (number.number(&field, p, far) - exact).abs();
+                assert!(error(FAR) < DOUBTFUL / 2.0, "{p:?} {}", error(FAR));
+                assert!(error(VERY_FAR) < 1e-4, "{p:?} {}", error(VERY_FAR));
+            }
+        }
+    }
 }

@@ -9,14 +9,14 @@ use super::*;
 
 /// Indexed triangles with coping tags.
 #[derive(Clone, Default)]
-struct Shape {
+pub(super) struct Shape {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     coping: Vec<bool>,
 }
 
 impl Shape {
-    fn field(&self) -> Field {
+    pub(super) fn field(&self) -> Field {
         Field::from_triangles(self.corners(), self.triangles.clone(), self.coping.clone())
     }
 
@@ -31,6 +31,11 @@ impl Shape {
             points,
             ..self.clone()
         }
+    }
+
+    pub(super) fn drop_last(&mut self, count: usize) {
+        self.triangles.truncate(self.triangles.len() - count);
+        self.coping.truncate(self.triangles.len());
     }
 
     fn push(&mut self, triangle: [u32; 3], coping: bool) {
@@ -139,7 +144,7 @@ fn icosphere(levels: u32) -> Shape {
 }
 
 /// A bumpy closed surface; every eighth triangle is tagged as coping.
-fn bumpy(levels: u32) -> Shape {
+pub(super) fn bumpy(levels: u32) -> Shape {
     let mut shape = icosphere(levels).map(|p| {
         let bump = (5.0 * p.x).sin() * (4.0 * p.y).cos() + (6.0 * p.z + p.x).sin();
         p * (1.0 + 0.12 * bump)
@@ -150,8 +155,22 @@ fn bumpy(levels: u32) -> Shape {
     shape
 }
 
+/// The shape with a smaller copy of itself, turned inside out, as its hollow.
+pub(super) fn shell(outer: Shape, inner_size: f64) -> Shape {
+    let mut shape = outer.map(|p| p * inner_size);
+    for t in &mut shape.triangles {
+        t.swap(1, 2);
+    }
+    let n = shape.points.len() as u32;
+    shape.points.extend(outer.points);
+    for (t, coping) in outer.triangles.into_iter().zip(outer.coping) {
+        shape.push(t.map(|v| v + n), coping);
+    }
+    shape
+}
+
 /// Small random numbers without a crate: a linear congruence, upper bits.
-struct Dice(u64);
+pub(super) struct Dice(pub(super) u64);
 
 impl Dice {
     fn unit(&mut self) -> f64 {
@@ -162,7 +181,7 @@ impl Dice {
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    fn point(&mut self, (low, high): (DVec3, DVec3)) -> DVec3 {
+    pub(super) fn point(&mut self, (low, high): (DVec3, DVec3)) -> DVec3 {
         let r = DVec3::new(self.unit(), self.unit(), self.unit());
         let margin = (high - low) * 0.2;
         low - margin + (high - low + 2.0 * margin) * r
@@ -196,7 +215,7 @@ fn nearest(field: &Field, p: DVec3, coping: bool) -> Option<Footpoint> {
 }
 
 /// Exact solid angles of all faces.
-fn winding(field: &Field, p: DVec3) -> f64 {
+pub(super) fn winding(field: &Field, p: DVec3) -> f64 {
     let mut sum = 0.0;
     for f in 0..field.face_count() as u32 {
         let [a, b, c] = field.corners(FaceId(f)).map(|x| x - p);
@@ -371,8 +390,7 @@ fn translated_and_scaled() {
 #[test]
 fn open_surface_gets_the_winding_number() {
     let mut shape = bumpy(3);
-    shape.triangles.truncate(1100);
-    shape.coping.truncate(1100);
+    shape.drop_last(180);
     let field = shape.field();
     assert!(!field.is_closed_manifold());
     let mut dice = Dice(5);
@@ -677,6 +695,37 @@ fn nonsense_does_not_panic() {
                 field.footpoint_on(p, FaceId(77_777_777));
             }
         }
+    }
+}
+
+#[test]
+fn deep_trees_and_many_ties() {
+    // Each triangle half as large as the last, all at one corner; then a
+    // thousand copies of one triangle; then a fan with 200 equal distances.
+    let nested: Vec<_> = (0..300)
+        .map(|i| {
+            let s = 0.9_f64.powi(i);
+            [
+                DVec3::ZERO,
+                DVec3::new(s, 0.1 * s, 0.0),
+                DVec3::new(0.0, s, s),
+            ]
+        })
+        .collect();
+    let copies = vec![[DVec3::ZERO, DVec3::X, DVec3::Y]; 1000];
+    let around = |i: i32| {
+        let angle = f64::from(i) * std::f64::consts::TAU / 200.0;
+        DVec3::new(angle.cos(), angle.sin(), 0.0)
+    };
+    let drum: Vec<_> = (0..200)
+        .map(|i| [around(i), around(i + 1), around(i) + DVec3::Z])
+        .collect();
+    for corners in [nested, copies, drum] {
+        let field = Field::from_triangles(corners, Vec::new(), Vec::new());
+        for p in grid((DVec3::splat(-0.5), DVec3::ONE), 6) {
+            check_point(&field, p);
+        }
+        check_point(&field, DVec3::new(0.0, 0.0, 0.25));
     }
 }
 

@@ -495,3 +495,62 @@ impl Build<'_> {
         Child::leaf(self.starts.len() - 1, self.order.len() - start)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::FaceId;
+    use super::*;
+
+    /// A binary tree that is a mere chain gives a stack fuller than its room.
+    #[test]
+    fn a_tree_deeper_than_the_stack_is_descended_by_recursion() {
+        let corners = |i: usize| {
+            let x = i as f64 / 4000.0;
+            [
+                DVec3::new(x, 0.0, 0.0),
+                DVec3::new(x, 1.0, 0.0),
+                DVec3::new(x, 0.0, 1.0),
+            ]
+        };
+        let triangles: Vec<_> = (0..4000)
+            .map(|i| Triangle::new(corners(i), FaceId(i as u32)))
+            .collect();
+        let frame = Frame::new(DVec3::ZERO, DVec3::ONE);
+        // A chain of nodes with up to seven leaves each. Every box is the whole
+        // part, so nothing is pruned, and nodes sort before leaves.
+        let mut tree = Tree {
+            slots: 0..4000,
+            ..Tree::default()
+        };
+        let links: Vec<_> = triangles.chunks(7 * LANES).collect();
+        for (i, link) in links.iter().enumerate() {
+            let mut children = Vec::new();
+            for leaf in link.chunks(LANES) {
+                children.push(Child::leaf(tree.blocks.len(), leaf.len()));
+                tree.firsts.push(leaf[0].face.0);
+                tree.blocks.push(Block::new(leaf, frame));
+            }
+            if i + 1 < links.len() {
+                children.push(Child::node(i + 1));
+            }
+            let mut node = Node::empty();
+            for (lane, child) in children.into_iter().enumerate() {
+                node.child[lane] = child;
+                for axis in 0..3 {
+                    node.low[axis][lane / 4][lane % 4] = -1.0;
+                    node.high[axis][lane / 4][lane % 4] = 1.0;
+                }
+            }
+            tree.nodes.push(node);
+        }
+        let query = Query::new(frame, DVec3::splat(0.3)).expect("a near point");
+        let mut seen = vec![0; triangles.len()];
+        tree.descend(&query, f32::INFINITY, |leaf, _| {
+            for slot in tree.leaf_slots(leaf) {
+                seen[slot] += 1;
+            }
+            f32::INFINITY
+        });
+        assert!(seen.iter().all(|&n| n == 1));
+    }
+}
