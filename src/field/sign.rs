@@ -13,7 +13,7 @@
 //! to small faults of the mesh, bridges openings smoothly, and counts an
 //! inverted part as outside everywhere.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use smallvec::SmallVec;
 
 use super::Field;
@@ -93,26 +93,33 @@ pub(super) struct Winding {
     dipoles: [Vec<[Dipole; WIDTH]>; 2],
 }
 
-/// Far-field stand-in for the triangles under one child, in tree units.
+/// Far-field stand-in for the triangles under one child, in tree units: the
+/// solid angle's Taylor expansion about `centre`, up to first derivatives.
+///
+/// The second term is not a luxury here. The two faces of a thin wall nearly
+/// cancel in `moment`, and what is left is of the order of thickness over
+/// distance however small the node.
 #[derive(Clone, Copy, Debug, Default)]
 struct Dipole {
     centre: DVec3,
     /// Sum of area times normal.
     moment: DVec3,
+    /// Sum of (triangle's centre - `centre`), times (area times normal)
+    /// transposed.
+    spread: DMat3,
     area: f64,
     /// All triangles lie within this of `centre`, squared.
     square_radius: f64,
 }
 
 /// A dipole serves from this many radii on. On bumpy solids and thin shells the
-/// winding number then errs by less than half of `DOUBTFUL`; at 2 radii it
-/// erred by 0.06.
-const FAR: f64 = 3.0;
+/// winding number then errs by less than half of `DOUBTFUL`.
+const FAR: f64 = 2.0;
 
 /// When the winding number comes out this near to one half, it is computed
-/// again with dipoles only from `VERY_FAR` radii on, where it errs by 1e-5.
+/// again with dipoles only from `VERY_FAR` radii on, where it errs by 1e-4.
 const DOUBTFUL: f64 = 0.1;
-const VERY_FAR: f64 = 32.0;
+const VERY_FAR: f64 = 16.0;
 
 impl Winding {
     /// Whether the winding number at `p` is above one half.
@@ -144,7 +151,7 @@ impl Winding {
                     let d = dipole.centre - local;
                     let square = d.length_squared();
                     if square > far * far * dipole.square_radius {
-                        solid_angle += dipole.moment.dot(d) / (square * square.sqrt());
+                        solid_angle += dipole.solid_angle(d, square);
                     } else if child.is_leaf() {
                         let triangles = &field.triangles[tree.leaf_slots(child)];
                         solid_angle += seen_angle(triangles, p);
@@ -192,15 +199,15 @@ fn dipoles(tree: &Tree, triangles: &[Triangle], frame: Frame) -> Vec<[Dipole; WI
             if child == Child::EMPTY {
                 break;
             }
-            let mut dipole = if child.is_leaf() {
-                gather(
-                    triangles[tree.leaf_slots(child)]
-                        .iter()
-                        .map(|t| own_dipole(t, frame)),
-                )
+            let parts: SmallVec<[Dipole; WIDTH]> = if child.is_leaf() {
+                let slots = tree.leaf_slots(child);
+                let own = |t| Dipole::of_triangle(t, frame);
+                triangles[slots].iter().map(own).collect()
             } else {
-                gather(all[child.index()].into_iter().filter(|d| d.area > 0.0))
+                let lanes = all[child.index()].into_iter();
+                lanes.filter(|d| d.area > 0.0).collect()
             };
+            let mut dipole = Dipole::gather(&parts);
             let (low, high) = node.bounds(lane);
             let reach = (high - dipole.centre).max(dipole.centre - low);
             dipole.square_radius = reach.length_squared();
@@ -210,27 +217,42 @@ fn dipoles(tree: &Tree, triangles: &[Triangle], frame: Frame) -> Vec<[Dipole; WI
     all
 }
 
-fn own_dipole(triangle: &Triangle, frame: Frame) -> Dipole {
-    let [a, b, c] = triangle.corners.map(|x| frame.to_tree(x));
-    let moment = (b - a).cross(c - a) * 0.5;
-    Dipole {
-        centre: (a + b + c) / 3.0,
-        moment,
-        // Never zero, so that a sum of slivers still has a centre.
-        area: moment.length().max(1e-300),
-        square_radius: 0.0,
+impl Dipole {
+    fn of_triangle(triangle: &Triangle, frame: Frame) -> Dipole {
+        let [a, b, c] = triangle.corners.map(|x| frame.to_tree(x));
+        let moment = (b - a).cross(c - a) * 0.5;
+        Dipole {
+            centre: (a + b + c) / 3.0,
+            moment,
+            // Never zero, so that a sum of slivers still has a centre.
+            area: moment.length().max(1e-300),
+            ..Dipole::default()
+        }
     }
-}
 
-fn gather(parts: impl Iterator<Item = Dipole>) -> Dipole {
-    let mut sum = Dipole::default();
-    for part in parts {
-        sum.centre += part.centre * part.area;
-        sum.moment += part.moment;
-        sum.area += part.area;
+    /// The sum of parts, about their common centre; the radius is left open.
+    fn gather(parts: &[Dipole]) -> Dipole {
+        let mut sum = Dipole::default();
+        for part in parts {
+            sum.centre += part.centre * part.area;
+            sum.moment += part.moment;
+            sum.area += part.area;
+        }
+        sum.centre /= sum.area;
+        for part in parts {
+            let (shift, n) = (part.centre - sum.centre, part.moment);
+            sum.spread += part.spread + DMat3::from_cols(shift * n.x, shift * n.y, shift * n.z);
+        }
+        sum
     }
-    sum.centre /= sum.area;
-    sum
+
+    /// Solid angle seen from a point at `centre - d`, positive from behind.
+    fn solid_angle(&self, d: DVec3, square: f64) -> f64 {
+        let spread = &self.spread;
+        let trace = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
+        let bent = 3.0 * d.dot(*spread * d) / square;
+        (self.moment.dot(d) + trace - bent) / (square * square.sqrt())
+    }
 }
 
 #[cfg(test)]
