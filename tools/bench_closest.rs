@@ -54,6 +54,14 @@ fn report() {
         "{} triangles, {POINTS} points, ns a query:",
         s.field.face_count()
     );
+    for &p in &s.points {
+        let other = s.parry.project_local_point(parry(p), false).point;
+        let apart = s.field.footpoint(p).distance - other.distance(parry(p));
+        assert!(
+            apart.abs() < 1e-12,
+            "{p} is {apart:e} off parry3d's distance"
+        );
+    }
     let mut seen = Vec::new();
     let mut found = Vec::new();
     let reach = s.diagonal * 0.1;

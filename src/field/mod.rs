@@ -17,8 +17,12 @@
 //!
 //! - Triangles more than 1e8 times longer than high are measured by their
 //!   edges alone: their interior may be missed by 1e-8 of their length.
-//! - A point farther than 1e6 diagonals from the part is answered right, but
-//!   slowly.
+//! - The nearest part of a wall that passes within a few ulps of `p` on two
+//!   sides: which of two walls wins there is decided by rounding, though always
+//!   the same way.
+//! - Speed far away: f32 tells triangles apart to 4e-6 of the distance or of the
+//!   part, whichever is greater; all that are closer than that to a tie are
+//!   measured in f64.
 
 mod block;
 mod hits;

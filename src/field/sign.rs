@@ -140,7 +140,7 @@ impl Winding {
             if tree.nodes.is_empty() {
                 continue;
             }
-            // Holds at most `7 depth + 1` nodes, as in the nearest search.
+            // Holds at most `7 depth + 1` nodes; deeper trees spill to the heap.
             let mut stack: SmallVec<[usize; 64]> = SmallVec::new();
             stack.push(0);
             while let Some(index) = stack.pop() {
@@ -257,7 +257,8 @@ impl Dipole {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{Dice, bumpy, shell, winding};
+    use super::super::tests::shapes::{Dice, bumpy, shell};
+    use super::super::tests::winding;
     use super::*;
 
     #[test]
