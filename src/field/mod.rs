@@ -312,7 +312,9 @@ impl Field {
         self.slots.len()
     }
 
-    /// Number of triangles without area, which take no part in any search.
+    /// Number of triangles without area (less high than 1e-15 of their longest
+    /// side, or with a corner that is not finite), which take no part in any
+    /// search.
     pub fn degenerate_faces(&self) -> usize {
         self.degenerate
     }

@@ -288,6 +288,23 @@ fn degenerate_triangles_are_counted_and_left_out() {
     );
 }
 
+/// Found by `triangle_soup`: three points on a line whose cross product is not
+/// zero but rounding noise.
+#[test]
+fn points_on_a_line_have_no_area() {
+    for direction in [DVec3::new(1.0, -2.0, 3.0), DVec3::new(3.0, 1.0, 7.0)] {
+        for step in [0.1, 0.3, 1.0 / 3.0] {
+            for i in 1..20 {
+                let along = |k: i32| direction * (f64::from(k) * step);
+                let corners = [along(-2), along(i), along(31)];
+                let field = Field::from_triangles(vec![corners], Vec::new(), Vec::new());
+                assert_eq!(field.degenerate_faces(), 1);
+                assert_eq!(field.normal(FaceId(0)), DVec3::ZERO);
+            }
+        }
+    }
+}
+
 #[test]
 fn slivers_agree_with_the_oracle() {
     let mut shape = bumpy(2);
