@@ -17,9 +17,10 @@
 //!
 //! - Triangles more than 1e8 times longer than high are measured by their
 //!   edges alone: their interior may be missed by 1e-8 of their length.
-//! - The nearest part of a wall that passes within a few ulps of `p` on two
-//!   sides: which of two walls wins there is decided by rounding, though always
-//!   the same way.
+//! - True ties: a point equally far from two walls has two computed distances
+//!   that may differ in the last bit, and the smaller wins. The answer is
+//!   always the same, but the lowest face is sure only when the bits agree, as
+//!   they do along a shared edge or corner.
 //! - Speed far away: f32 tells triangles apart to 4e-6 of the distance or of the
 //!   part, whichever is greater; all that are closer than that to a tie are
 //!   measured in f64.
