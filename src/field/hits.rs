@@ -5,10 +5,10 @@
 //! robust geometric predicates", 1997). A sign that the bound cannot certify
 //! counts as "on the plane", so a triangle is rejected only on proof.
 
-use glam::DVec3;
+use glam::{BVec4A, DVec3, Vec4};
 use smallvec::SmallVec;
 
-use super::tree::{Child, Frame, Node, Tree, WIDTH};
+use super::tree::{Child, Frame, Node, Tree};
 use super::triangle::Triangle;
 use super::{Field, Hit};
 
@@ -28,7 +28,7 @@ pub(super) fn hits(field: &Field, from: DVec3, to: DVec3, out: &mut Vec<Hit>) {
     let segment = Segment::new(field.frame, from, to);
     for tree in [&field.wall_tree, &field.coping_tree] {
         segment.for_each_leaf(tree, |child| {
-            for triangle in &field.triangles[child.slots()] {
+            for triangle in &field.triangles[tree.leaf_slots(child)] {
                 if let Some(t) = touch(triangle, from, to) {
                     let face = triangle.face;
                     out.push(Hit { t, face });
@@ -64,25 +64,23 @@ impl Segment {
         }
     }
 
-    /// Separating axes of segment and box, for eight boxes: true where none of
-    /// the six parts them. Conservative by `pad`.
-    fn meets(&self, node: &Node) -> [bool; WIDTH] {
-        let mut meets = [true; WIDTH];
-        let [ex, ey, ez] = self.along;
-        for (lane, meets) in meets.iter_mut().enumerate() {
-            let middle = |k: usize| self.middle[k] - (node.low[k][lane] + node.high[k][lane]);
-            let size = |k: usize| node.high[k][lane] - node.low[k][lane] + self.pad;
-            let [mx, my, mz] = [middle(0), middle(1), middle(2)];
-            let [hx, hy, hz] = [size(0), size(1), size(2)];
-            let apart = (mx.abs() > hx + ex.abs())
-                | (my.abs() > hy + ey.abs())
-                | (mz.abs() > hz + ez.abs())
-                | ((my * ez - mz * ey).abs() > hy * ez.abs() + hz * ey.abs())
-                | ((mz * ex - mx * ez).abs() > hz * ex.abs() + hx * ez.abs())
-                | ((mx * ey - my * ex).abs() > hx * ey.abs() + hy * ex.abs());
-            *meets = !apart;
+    /// Separating axes of segment and box, for the four boxes of one half of a
+    /// node: bit set where none of the six parts them. Conservative by `pad`.
+    fn meets(&self, node: &Node, half: usize) -> u32 {
+        let along = self.along.map(Vec4::splat);
+        let steep = along.map(Vec4::abs);
+        let middle =
+            |k: usize| Vec4::splat(self.middle[k]) - (node.low[k][half] + node.high[k][half]);
+        let size = |k: usize| node.high[k][half] - node.low[k][half] + Vec4::splat(self.pad);
+        let m = [middle(0), middle(1), middle(2)];
+        let h = [size(0), size(1), size(2)];
+        let mut apart = BVec4A::FALSE;
+        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+            apart |= m[i].abs().cmpgt(h[i] + steep[i]);
+            let turn = (m[i] * along[j] - m[j] * along[i]).abs();
+            apart |= turn.cmpgt(h[i] * steep[j] + h[j] * steep[i]);
         }
-        meets
+        !apart.bitmask() & 15
     }
 
     fn for_each_leaf(&self, tree: &Tree, mut visit: impl FnMut(Child)) {
@@ -94,8 +92,9 @@ impl Segment {
         stack.push(0);
         while let Some(index) = stack.pop() {
             let node = &tree.nodes[index];
-            for (child, meets) in node.child.into_iter().zip(self.meets(node)) {
-                if meets && child != Child::EMPTY {
+            let meets = self.meets(node, 0) | self.meets(node, 1) << 4;
+            for (lane, child) in node.child.into_iter().enumerate() {
+                if meets & (1 << lane) != 0 && child != Child::EMPTY {
                     if child.is_leaf() {
                         visit(child);
                     } else {
@@ -118,7 +117,11 @@ fn volume(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
     let permanent = a.z.abs() * (bc.abs() + cb.abs())
         + b.z.abs() * (ca.abs() + ac.abs())
         + c.z.abs() * (ab.abs() + ba.abs());
-    if det.abs() > VOLUME_ERROR * permanent { det } else { 0.0 }
+    if det.abs() > VOLUME_ERROR * permanent {
+        det
+    } else {
+        0.0
+    }
 }
 
 /// Whether the segment touches the triangle, and where first.
@@ -133,7 +136,11 @@ fn touch(triangle: &Triangle, from: DVec3, to: DVec3) -> Option<f64> {
     }
     // The line passes the triangle when it turns one way round one edge and
     // the other way round another.
-    let turns = [volume(from, to, a, b), volume(from, to, b, c), volume(from, to, c, a)];
+    let turns = [
+        volume(from, to, a, b),
+        volume(from, to, b, c),
+        volume(from, to, c, a),
+    ];
     if turns.iter().any(|&v| v > 0.0) && turns.iter().any(|&v| v < 0.0) {
         return None;
     }

@@ -17,13 +17,20 @@
 //!
 //! - Triangles more than 1e8 times longer than high are measured by their
 //!   edges alone: their interior may be missed by 1e-8 of their length.
-//! - A point farther than 1e6 diagonals from the part is answered right, but
-//!   slowly.
+//! - True ties: a point equally far from two walls has two computed distances
+//!   that may differ in the last bit, and the smaller wins. The answer is
+//!   always the same, but the lowest face is sure only when the bits agree, as
+//!   they do along a shared edge or corner.
+//! - Speed far away: f32 tells triangles apart to 4e-6 of the distance or of the
+//!   part, whichever is greater; all that are closer than that to a tie are
+//!   measured in f64.
 
 pub mod thickness;
 pub mod walls;
 
+mod block;
 mod hits;
+mod nearest;
 mod sign;
 #[cfg(test)]
 mod tests;
@@ -34,9 +41,10 @@ mod triangle;
 use glam::DVec3;
 
 use crate::mesh::{FaceId, Part};
+use nearest::Best;
 use sign::Sign;
-use tree::{Frame, Query, Tree};
-use triangle::{Closest, Triangle};
+use tree::{Frame, Tree};
+use triangle::Triangle;
 
 /// Nearest wall point to a query `p`; the footpoint vector is `point - p`.
 ///
@@ -84,8 +92,15 @@ impl Field {
     /// The field of a part.
     pub fn new(part: &Part) -> Field {
         let mesh = part.mesh();
-        let corners = mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize]));
-        Field::from_triangles(corners.collect(), mesh.triangles.clone(), part.coping().to_vec())
+        let corners = mesh
+            .triangles
+            .iter()
+            .map(|t| t.map(|v| mesh.positions[v as usize]));
+        Field::from_triangles(
+            corners.collect(),
+            mesh.triangles.clone(),
+            part.coping().to_vec(),
+        )
     }
 
     /// The field of triangles given one by one.
@@ -128,7 +143,12 @@ impl Field {
         for (slot, triangle) in triangles.iter().enumerate() {
             slots[triangle.face.index()] = slot as u32;
         }
-        let sign = Sign::new(&triangles[..in_trees], &indices, [&wall_tree, &coping_tree], frame);
+        let sign = Sign::new(
+            &triangles[..in_trees],
+            &indices,
+            [&wall_tree, &coping_tree],
+            frame,
+        );
         Field {
             triangles,
             slots,
@@ -186,21 +206,17 @@ impl Field {
         if radius.is_nan() || radius < 0.0 {
             return;
         }
-        let query = Query::new(self.frame, p);
-        let limit = query.limit(radius);
-        self.wall_tree.descend(&query, limit, |slots| {
-            for triangle in &self.triangles[slots] {
-                let closest = triangle.closest(p);
-                let distance = closest.square.sqrt();
-                if distance <= radius {
-                    out.push(Footpoint {
-                        face: triangle.face,
-                        point: closest.point,
-                        distance,
-                    });
-                }
+        nearest::each_near(&self.wall_tree, self.frame, p, radius, |slot| {
+            let triangle = &self.triangles[slot];
+            let closest = triangle.closest(p);
+            let distance = closest.square.sqrt();
+            if distance <= radius {
+                out.push(Footpoint {
+                    face: triangle.face,
+                    point: closest.point,
+                    distance,
+                });
             }
-            limit
         });
         out.sort_unstable_by_key(|f| f.face);
     }
@@ -247,7 +263,11 @@ impl Field {
             Sign::Pseudonormals(normals) => normals.inside(&self.triangles, slot, &closest),
             Sign::Winding(_) => self.inside(p),
         };
-        if inside { best.distance } else { -best.distance }
+        if inside {
+            best.distance
+        } else {
+            -best.distance
+        }
     }
 
     /// Puts every triangle, wall or coping, that the closed segment touches
@@ -296,7 +316,9 @@ impl Field {
         self.slots.len()
     }
 
-    /// Number of triangles without area, which take no part in any search.
+    /// Number of triangles without area (less high than 1e-15 of their longest
+    /// side, or with a corner that is not finite), which take no part in any
+    /// search.
     pub fn degenerate_faces(&self) -> usize {
         self.degenerate
     }
@@ -318,15 +340,8 @@ impl Field {
         wall.then_some(slot)
     }
 
-    fn search(&self, tree: &Tree, p: DVec3, mut best: Best) -> Best {
-        let query = Query::new(self.frame, p);
-        tree.descend(&query, query.limit(best.distance), |slots| {
-            for slot in slots {
-                best.offer(&self.triangles, slot, p);
-            }
-            query.limit(best.distance)
-        });
-        best
+    fn search(&self, tree: &Tree, p: DVec3, best: Best) -> Best {
+        nearest::search(tree, &self.triangles, self.frame, p, best)
     }
 
     fn finish_wall(&self, p: DVec3, best: Best) -> Footpoint {
@@ -358,50 +373,4 @@ fn bounds(corners: &[[DVec3; 3]]) -> (DVec3, DVec3) {
         total = Some(total.map_or((c, c), |(low, high)| (low.min(c), high.max(c))));
     }
     total.unwrap_or((DVec3::ZERO, DVec3::ZERO))
-}
-
-/// Best triangle so far.
-///
-/// Ordered by computed distance, then face. Squares are compared first, and
-/// roots only taken near a tie, because two squares may share a root.
-#[derive(Clone, Copy, Debug)]
-struct Best {
-    distance: f64,
-    /// Every square above this has a root above `distance`.
-    square_limit: f64,
-    face: FaceId,
-    found: Option<(usize, Closest)>,
-}
-
-impl Best {
-    fn none() -> Best {
-        Best::within(f64::INFINITY)
-    }
-
-    /// Accepts triangles at a distance of at most `distance`.
-    fn within(distance: f64) -> Best {
-        Best {
-            distance,
-            square_limit: distance * distance * (1.0 + 1e-15),
-            face: FaceId(u32::MAX),
-            found: None,
-        }
-    }
-
-    #[inline]
-    fn offer(&mut self, triangles: &[Triangle], slot: usize, p: DVec3) {
-        let triangle = &triangles[slot];
-        let closest = triangle.closest(p);
-        if closest.square <= self.square_limit {
-            let distance = closest.square.sqrt();
-            if distance < self.distance || (distance == self.distance && triangle.face < self.face) {
-                *self = Best {
-                    distance,
-                    square_limit: closest.square * (1.0 + 1e-15),
-                    face: triangle.face,
-                    found: Some((slot, closest)),
-                };
-            }
-        }
-    }
 }

@@ -8,31 +8,29 @@
 //!
 //! Boxes are f32 in *tree units*: part units, minus the part's centre, times a
 //! power of two that brings the part into `[-1, 1]`. Every box is rounded
-//! outward. A query point is rounded once to f32, which moves it by at most
-//! [`Query::slack`]; the box distance is then computed with a relative error of
-//! a few `2^-24`. A limit made by [`Query::limit`] adds the slack and a relative
-//! margin of `1e-6`, so a box is passed over only when each of its triangles is
-//! truly farther than the limit.
+//! outward. Query points are rounded to f32 once; both that and the arithmetic
+//! on boxes and blocks are covered by [`Query::error`], which every limit adds
+//! before it is squared. So a box or a lane is passed over only when its
+//! triangles are truly farther than the limit asks for.
 
 use std::ops::Range;
 
-use glam::{DVec3, Vec3A};
+use super::block::{self, Block, LANES};
+use super::triangle::Triangle;
+use glam::{DVec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
-use smallvec::SmallVec;
-
-use super::triangle::Triangle;
 
 /// Children a node.
 pub(super) const WIDTH: usize = 8;
 
-/// Triangles a leaf holds at most.
-const LEAF: u32 = 4;
+/// Triangles a leaf holds at most: one block.
+const LEAF: u32 = LANES as u32;
 
 /// One f32 for each child of a node.
-pub(super) type Lanes = [f32; WIDTH];
+pub(super) type Lanes = [Vec4; WIDTH / 4];
 
 /// Part units to tree units.
 #[derive(Clone, Copy, Debug)]
@@ -69,34 +67,48 @@ impl Frame {
 /// A query point in tree units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Query {
-    p: [f32; 3],
-    /// How far rounding may have moved the point and the boxes.
-    slack: f64,
+    pub p: [f32; 3],
+    /// Bound on the error of any f32 distance in this query.
+    error: f32,
     scale: f64,
 }
 
+/// Greatest coordinate, in tree units, of a query that f32 can serve: squares
+/// of squares stay finite.
+const FAR: f64 = 1e15;
+
 impl Query {
+    /// None for a point too far out for f32, or not a number.
     #[inline]
-    pub fn new(frame: Frame, p: DVec3) -> Query {
+    pub fn new(frame: Frame, p: DVec3) -> Option<Query> {
         let local = frame.to_tree(p);
-        Query {
+        let near = local.x.abs() <= FAR && local.y.abs() <= FAR && local.z.abs() <= FAR;
+        near.then(|| Query {
             p: [local.x as f32, local.y as f32, local.z as f32],
-            // Three coordinates, each rounded by 2^-24 of itself: sqrt(3) 2^-24
-            // < 2^-23 of the greatest. 1e-15 covers the f64 steps before.
-            slack: local.abs().max_element() * 1.2e-7 + 1e-15,
+            error: block::error(local.abs().max_element()) as f32,
             scale: frame.scale,
-        }
+        })
     }
 
-    /// Squared limit in tree units that keeps every triangle at a distance of
-    /// at most `distance` (part units).
+    /// Limit that keeps every triangle at a distance of at most `distance`
+    /// (part units).
     #[inline]
     pub fn limit(&self, distance: f64) -> f32 {
-        let reach = distance * self.scale + self.slack;
-        // The last factor covers the rounding to f32 as well.
-        (reach * reach * (1.0 + 4e-6)) as f32
+        let reach = (distance * self.scale) as f32 + self.error;
+        reach * reach * ROUNDING
+    }
+
+    /// Limit that keeps every triangle that may be as near as one whose square
+    /// came out as `square`: both may be off, so the error counts twice.
+    #[inline]
+    pub fn limit_beside(&self, square: f32) -> f32 {
+        let reach = square.sqrt() + 2.0 * self.error;
+        reach * reach * ROUNDING
     }
 }
+
+/// Covers the few `2^-24` that computing a limit itself may lose.
+const ROUNDING: f32 = 1.0 + 1e-6;
 
 /// Where a child slot of a node leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,8 +124,8 @@ impl Child {
         Child(index as u32)
     }
 
-    fn leaf(first: usize, count: usize) -> Child {
-        Child(LEAF_BIT | ((count as u32 - 1) << COUNT_SHIFT) | first as u32)
+    fn leaf(block: usize, count: usize) -> Child {
+        Child(LEAF_BIT | ((count as u32 - 1) << COUNT_SHIFT) | block as u32)
     }
 
     #[inline]
@@ -127,12 +139,16 @@ impl Child {
         self.0 as usize
     }
 
-    /// Triangle slots of the leaf.
+    /// Index of the leaf's block.
     #[inline]
-    pub fn slots(self) -> Range<usize> {
-        let first = (self.0 & ((1 << COUNT_SHIFT) - 1)) as usize;
-        let count = ((self.0 & !LEAF_BIT) >> COUNT_SHIFT) as usize + 1;
-        first..first + count
+    pub fn block(self) -> usize {
+        (self.0 & ((1 << COUNT_SHIFT) - 1)) as usize
+    }
+
+    /// Triangles in the leaf.
+    #[inline]
+    pub fn count(self) -> usize {
+        ((self.0 & !LEAF_BIT) >> COUNT_SHIFT) as usize + 1
     }
 }
 
@@ -150,43 +166,109 @@ pub(super) struct Node {
 impl Node {
     fn empty() -> Node {
         Node {
-            low: [[f32::INFINITY; WIDTH]; 3],
-            high: [[f32::NEG_INFINITY; WIDTH]; 3],
+            low: [[Vec4::INFINITY; WIDTH / 4]; 3],
+            high: [[Vec4::NEG_INFINITY; WIDTH / 4]; 3],
             child: [Child::EMPTY; WIDTH],
         }
     }
 
-    /// Squared distances from `p` to the eight boxes.
+    /// Squared distances from `p` to the four boxes of half `half`.
     #[inline]
-    fn squares(&self, p: [f32; 3]) -> Lanes {
-        let mut squares = [0.0; WIDTH];
-        for axis in 0..3 {
-            for (lane, square) in squares.iter_mut().enumerate() {
-                let below = self.low[axis][lane] - p[axis];
-                let above = p[axis] - self.high[axis][lane];
-                let gap = below.max(above).max(0.0);
-                *square += gap * gap;
-            }
+    fn squares(&self, p: [Vec4; 3], half: usize) -> Vec4 {
+        let gap = |axis: usize| {
+            let below = self.low[axis][half] - p[axis];
+            let above = p[axis] - self.high[axis][half];
+            below.max(above).max(Vec4::ZERO)
+        };
+        let (x, y, z) = (gap(0), gap(1), gap(2));
+        x * x + y * y + z * z
+    }
+
+    /// Pushes the children within the limit, the nearest last.
+    #[inline(always)]
+    fn push_near(&self, p: [Vec4; 3], limit: f32, stack: &mut Stack) {
+        let (first, second) = (self.squares(p, 0), self.squares(p, 1));
+        let bound = Vec4::splat(limit);
+        let mut near = first.cmple(bound).bitmask() | second.cmple(bound).bitmask() << 4;
+        let squares = [first.to_array(), second.to_array()];
+        let bottom = stack.len;
+        while near != 0 {
+            let lane = near.trailing_zeros() as usize % WIDTH;
+            near &= near - 1;
+            stack.insert(squares[lane / 4][lane % 4], self.child[lane], bottom);
         }
-        squares
+    }
+
+    /// Lower and upper corner of a child's box.
+    pub fn bounds(&self, lane: usize) -> (DVec3, DVec3) {
+        let corner = |side: &[Lanes; 3]| {
+            DVec3::from([0, 1, 2].map(|axis| f64::from(side[axis][lane / 4][lane % 4])))
+        };
+        (corner(&self.low), corner(&self.high))
     }
 }
 
-/// Nodes still to visit. Each visit takes one and adds at most eight, so the
-/// stack holds at most `7 depth + 1`: 64 inline entries serve a depth of nine
-/// full levels, and a deeper tree spills to the heap instead of failing.
-type Stack = SmallVec<[(f32, Child); 64]>;
+/// Children still to visit.
+struct Stack {
+    /// Square and child in one number: squares are not negative, so that the
+    /// numbers sort as the squares do.
+    keys: [u64; Stack::ROOM],
+    len: usize,
+}
+
+impl Stack {
+    /// A power of two, so that masking an index costs less than checking it.
+    const ROOM: usize = 128;
+
+    #[inline]
+    fn new() -> Stack {
+        Stack {
+            keys: [0; Stack::ROOM],
+            len: 0,
+        }
+    }
+
+    #[inline]
+    fn has_room(&self) -> bool {
+        self.len + WIDTH <= Stack::ROOM
+    }
+
+    /// Insertion sort of the entries from `bottom` on, nearest last.
+    #[inline(always)]
+    fn insert(&mut self, square: f32, child: Child, bottom: usize) {
+        let key = (u64::from(square.to_bits()) << 32) | u64::from(child.0);
+        let mut i = self.len;
+        while i > bottom && self.keys[(i - 1) % Stack::ROOM] < key {
+            self.keys[i % Stack::ROOM] = self.keys[(i - 1) % Stack::ROOM];
+            i -= 1;
+        }
+        self.keys[i % Stack::ROOM] = key;
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<(f32, Child)> {
+        self.len = self.len.checked_sub(1)?;
+        let key = self.keys[self.len % Stack::ROOM];
+        Some((f32::from_bits((key >> 32) as u32), Child(key as u32)))
+    }
+}
 
 /// The tree. Node 0 is the root; children stand after their parents.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tree {
     pub nodes: Vec<Node>,
+    blocks: Vec<Block>,
+    /// First triangle slot of each block.
+    firsts: Vec<u32>,
+    /// Slots of all triangles.
+    slots: Range<usize>,
 }
 
 impl Tree {
     /// Builds the tree over `triangles`, and sorts them into leaf order.
     ///
-    /// Leaf slots are places in the returned order plus `first_slot`.
+    /// Slots are places in the returned order plus `first_slot`.
     pub fn build(triangles: &mut Vec<Triangle>, frame: Frame, first_slot: usize) -> Tree {
         if triangles.is_empty() {
             return Tree::default();
@@ -198,49 +280,87 @@ impl Tree {
             binary: &binary,
             order: Vec::with_capacity(triangles.len()),
             nodes: Vec::new(),
-            first_slot,
+            starts: Vec::new(),
         };
         build.add_root();
-        let Build { order, nodes, .. } = build;
-        *triangles = order.iter().map(|&i| triangles[i as usize].clone()).collect();
-        Tree { nodes }
+        let Build {
+            order,
+            nodes,
+            mut starts,
+            ..
+        } = build;
+        *triangles = order
+            .iter()
+            .map(|&i| triangles[i as usize].clone())
+            .collect();
+        starts.push(order.len());
+        let blocks = starts
+            .windows(2)
+            .map(|w| Block::new(&triangles[w[0]..w[1]], frame))
+            .collect();
+        starts.pop();
+        Tree {
+            nodes,
+            blocks,
+            firsts: starts
+                .into_iter()
+                .map(|s| (first_slot + s) as u32)
+                .collect(),
+            slots: first_slot..first_slot + triangles.len(),
+        }
     }
 
-    /// Visits the leaves whose box is within `limit` (squared, tree units),
-    /// near ones first. `visit` gets the leaf's slots and returns the limit
-    /// from there on.
+    /// Slots of all triangles.
+    pub fn slots(&self) -> Range<usize> {
+        self.slots.clone()
+    }
+
+    /// Triangle slots of a leaf.
     #[inline]
-    pub fn descend(&self, query: &Query, mut limit: f32, mut visit: impl FnMut(Range<usize>) -> f32) {
-        if self.nodes.is_empty() {
-            return;
+    pub fn leaf_slots(&self, leaf: Child) -> Range<usize> {
+        let first = self.firsts[leaf.block()] as usize;
+        first..first + leaf.count()
+    }
+
+    /// Visits the leaves whose box is within `limit`, near ones first.
+    ///
+    /// `visit` gets the leaf and the rough squared distances of its triangles
+    /// (free lanes repeat the last) and returns the limit from there on.
+    #[inline]
+    pub fn descend(&self, query: &Query, limit: f32, mut visit: impl FnMut(Child, Vec4) -> f32) {
+        if !self.nodes.is_empty() {
+            // An infinite limit would let empty slots pass.
+            let limit = limit.min(f32::MAX);
+            let p = query.p.map(Vec4::splat);
+            self.descend_from(Child::node(0), p, limit, &mut visit);
         }
+    }
+
+    fn descend_from<F: FnMut(Child, Vec4) -> f32>(
+        &self,
+        mut child: Child,
+        p: [Vec4; 3],
+        mut limit: f32,
+        visit: &mut F,
+    ) -> f32 {
         let mut stack = Stack::new();
-        stack.push((0.0, Child::node(0)));
-        while let Some((square, child)) = stack.pop() {
-            // Written so that a square that is not a number is visited.
-            if square > limit {
-                continue;
-            }
+        loop {
             if child.is_leaf() {
-                limit = visit(child.slots());
-                continue;
+                limit = visit(child, self.blocks[child.block()].squares(p)).min(f32::MAX);
+            } else if stack.has_room() {
+                self.nodes[child.index()].push_near(p, limit, &mut stack);
+            } else {
+                // A node adds at most seven, so only a tree more than 17 nodes
+                // deep comes here, and the recursion is 17 times less deep.
+                limit = self.descend_from(child, p, limit, visit);
             }
-            let node = &self.nodes[child.index()];
-            let squares = node.squares(query.p);
-            let bottom = stack.len();
-            for (lane, &square) in squares.iter().enumerate() {
-                let child = node.child[lane];
-                if square <= limit && child != Child::EMPTY {
-                    // Insertion sort, nearest on top.
-                    stack.push((square, child));
-                    let mut i = stack.len() - 1;
-                    while i > bottom && stack[i - 1].0 < square {
-                        stack[i] = stack[i - 1];
-                        i -= 1;
-                    }
-                    stack[i] = (square, child);
+            child = loop {
+                match stack.pop() {
+                    None => return limit,
+                    Some((square, child)) if square <= limit => break child,
+                    Some(_) => {}
                 }
-            }
+            };
         }
     }
 }
@@ -258,7 +378,11 @@ fn padded_box(triangle: &Triangle, frame: Frame) -> Aabb {
 
 fn round_down(x: f64) -> f32 {
     let near = x as f32;
-    if f64::from(near) > x { near.next_down() } else { near }
+    if f64::from(near) > x {
+        near.next_down()
+    } else {
+        near
+    }
 }
 
 fn round_up(x: f64) -> f32 {
@@ -274,7 +398,7 @@ fn binary_tree(boxes: &[Aabb]) -> Bvh2 {
         SortPrecision::U64,
         2,
     );
-    ReinsertionOptimizer::default().run(&mut binary, 0.1, None);
+    ReinsertionOptimizer::default().run(&mut binary, 0.5, None);
     binary
 }
 
@@ -301,7 +425,8 @@ struct Build<'a> {
     counts: Vec<u32>,
     order: Vec<u32>,
     nodes: Vec<Node>,
-    first_slot: usize,
+    /// Place in `order` where each block starts.
+    starts: Vec<usize>,
 }
 
 impl Build<'_> {
@@ -321,8 +446,8 @@ impl Build<'_> {
                 let bounds = *self.binary.nodes[child].aabb();
                 let node = &mut self.nodes[wide];
                 for axis in 0..3 {
-                    node.low[axis][lane] = bounds.min[axis];
-                    node.high[axis][lane] = bounds.max[axis];
+                    node.low[axis][lane / 4][lane % 4] = bounds.min[axis];
+                    node.high[axis][lane / 4][lane % 4] = bounds.max[axis];
                 }
                 node.child[lane] = target;
             }
@@ -336,7 +461,10 @@ impl Build<'_> {
         while children.len() < WIDTH {
             let widest = (0..children.len())
                 .filter(|&i| self.counts[children[i]] > LEAF)
-                .max_by(|&i, &j| self.surface(children[i]).total_cmp(&self.surface(children[j])));
+                .max_by(|&i, &j| {
+                    self.surface(children[i])
+                        .total_cmp(&self.surface(children[j]))
+                });
             let Some(widest) = widest else { break };
             let first = self.binary.nodes[children[widest]].first_index as usize;
             children[widest] = first;
@@ -350,18 +478,79 @@ impl Build<'_> {
     }
 
     fn add_leaf(&mut self, root: usize) -> Child {
-        let first = self.order.len();
+        let start = self.order.len();
+        self.starts.push(start);
         let mut stack = vec![root];
         while let Some(index) = stack.pop() {
             let node = &self.binary.nodes[index];
-            let start = node.first_index as usize;
+            let first = node.first_index as usize;
             if node.is_leaf() {
-                let end = start + node.prim_count as usize;
-                self.order.extend(&self.binary.primitive_indices[start..end]);
+                let end = first + node.prim_count as usize;
+                self.order
+                    .extend(&self.binary.primitive_indices[first..end]);
             } else {
-                stack.extend([start + 1, start]);
+                stack.extend([first + 1, first]);
             }
         }
-        Child::leaf(self.first_slot + first, self.order.len() - first)
+        Child::leaf(self.starts.len() - 1, self.order.len() - start)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::FaceId;
+    use super::*;
+
+    /// A binary tree that is a mere chain gives a stack fuller than its room.
+    #[test]
+    fn a_tree_deeper_than_the_stack_is_descended_by_recursion() {
+        let corners = |i: usize| {
+            let x = i as f64 / 4000.0;
+            [
+                DVec3::new(x, 0.0, 0.0),
+                DVec3::new(x, 1.0, 0.0),
+                DVec3::new(x, 0.0, 1.0),
+            ]
+        };
+        let triangles: Vec<_> = (0..4000)
+            .map(|i| Triangle::new(corners(i), FaceId(i as u32)))
+            .collect();
+        let frame = Frame::new(DVec3::ZERO, DVec3::ONE);
+        // A chain of nodes with up to seven leaves each. Every box is the whole
+        // part, so nothing is pruned, and nodes sort before leaves.
+        let mut tree = Tree {
+            slots: 0..4000,
+            ..Tree::default()
+        };
+        let links: Vec<_> = triangles.chunks(7 * LANES).collect();
+        for (i, link) in links.iter().enumerate() {
+            let mut children = Vec::new();
+            for leaf in link.chunks(LANES) {
+                children.push(Child::leaf(tree.blocks.len(), leaf.len()));
+                tree.firsts.push(leaf[0].face.0);
+                tree.blocks.push(Block::new(leaf, frame));
+            }
+            if i + 1 < links.len() {
+                children.push(Child::node(i + 1));
+            }
+            let mut node = Node::empty();
+            for (lane, child) in children.into_iter().enumerate() {
+                node.child[lane] = child;
+                for axis in 0..3 {
+                    node.low[axis][lane / 4][lane % 4] = -1.0;
+                    node.high[axis][lane / 4][lane % 4] = 1.0;
+                }
+            }
+            tree.nodes.push(node);
+        }
+        let query = Query::new(frame, DVec3::splat(0.3)).expect("a near point");
+        let mut seen = vec![0; triangles.len()];
+        tree.descend(&query, f32::INFINITY, |leaf, _| {
+            for slot in tree.leaf_slots(leaf) {
+                seen[slot] += 1;
+            }
+            f32::INFINITY
+        });
+        assert!(seen.iter().all(|&n| n == 1));
     }
 }

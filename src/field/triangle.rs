@@ -16,6 +16,10 @@ use super::FaceId;
 /// triangle moves its footpoints by less than `1e-8 L`.
 const THIN: f64 = 1e-8;
 
+/// A triangle whose smallest height is below this fraction of its longest side
+/// has no area: its computed normal is rounding noise.
+const NO_AREA: f64 = 1e-15;
+
 /// Where on the triangle the closest point lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Feature {
@@ -60,25 +64,20 @@ const NEXT: [usize; 3] = [1, 2, 0];
 
 impl Triangle {
     pub fn new(corners: [DVec3; 3], face: FaceId) -> Triangle {
-        let [a, b, c] = corners;
-        let (ab, ac) = (b - a, c - a);
         let mut flags = 0;
         for i in 0..3 {
             if comes_after(corners[i], corners[NEXT[i]]) {
                 flags |= 1 << i;
             }
         }
-        // Scaled to unit size first: squares of squares underflow early.
-        let size = [ab, ac, c - b].map(|e| e.length_squared());
-        let size = size[0].max(size[1]).max(size[2]).sqrt();
-        let (u, v) = (ab / size, ac / size);
-        let n = u.cross(v);
-        let n2 = n.length_squared();
+        let Scaled { size, u, v, n } = Scaled::new(corners);
+        let height2 = n.length_squared();
         let mut dual = [DVec3::ZERO; 2];
-        let finite = corners.iter().all(|c| c.is_finite());
-        if finite && n2.is_normal() {
-            dual = [v.cross(n) / (n2 * size), n.cross(u) / (n2 * size)];
-            if n2 < THIN * THIN || !dual[0].is_finite() || !dual[1].is_finite() {
+        // Written so that a height that is not a number is no height.
+        if size.is_finite() && height2 > NO_AREA * NO_AREA {
+            let square = height2 * size;
+            dual = [v.cross(n) / square, n.cross(u) / square];
+            if height2 < THIN * THIN || !dual[0].is_finite() || !dual[1].is_finite() {
                 flags |= FLAG_THIN;
             }
         } else {
@@ -92,7 +91,8 @@ impl Triangle {
         }
     }
 
-    /// No area, or a corner that is not finite: left out of the trees.
+    /// No area beyond rounding, or a corner that is not finite: left out of the
+    /// trees.
     pub fn is_degenerate(&self) -> bool {
         self.flags & FLAG_DEGENERATE != 0
     }
@@ -107,9 +107,7 @@ impl Triangle {
         if self.is_degenerate() {
             return DVec3::ZERO;
         }
-        let [a, b, c] = self.corners;
-        let size = (b - a).abs().max((c - a).abs()).max_element();
-        ((b - a) / size).cross((c - a) / size).normalize_or_zero()
+        Scaled::new(self.corners).n.normalize()
     }
 
     /// Closest point to `p`.
@@ -190,6 +188,36 @@ impl Triangle {
             point,
             square: offset.length_squared(),
             feature,
+        }
+    }
+}
+
+/// A triangle brought to unit size, because squares of squares underflow early.
+struct Scaled {
+    /// Length of the longest side.
+    size: f64,
+    /// Sides from corner 0 to corners 1 and 2, over `size`.
+    u: DVec3,
+    v: DVec3,
+    /// Their cross product: its length is the smallest height over `size`.
+    n: DVec3,
+}
+
+impl Scaled {
+    fn new([a, b, c]: [DVec3; 3]) -> Scaled {
+        let sides = [b - a, c - a, c - b];
+        // Scaled twice: the greatest coordinate first, so that no square
+        // overflows or vanishes on the way to the length.
+        let great = sides.map(|e| e.abs().max_element());
+        let great = great[0].max(great[1]).max(great[2]);
+        let lengths = sides.map(|e| (e / great).length());
+        let size = lengths[0].max(lengths[1]).max(lengths[2]) * great;
+        let (u, v) = (sides[0] / size, sides[1] / size);
+        Scaled {
+            size,
+            u,
+            v,
+            n: u.cross(v),
         }
     }
 }

@@ -283,7 +283,7 @@ impl Work<'_> {
                 let across = distance_to(field, at, pair.left).1 - distance_to(field, at, pair.right).1;
                 let walls = if across.dot(way) > 0.0 { [pair.left, pair.right] } else { [pair.right, pair.left] };
                 let crossing = Crossing { at, walls };
-                if std::env::var("DBG2").is_ok() && probe.field().signed_clearance(at) < -1e-6 { eprintln!("LEAK found crossing {at} outside, pair {pair:?} side {side} region {:?} leave {} nodes {:?}", self.region.corners, self.region.may_leave_part, self.out.nodes); }
+                if std::env::var("DBG2").is_ok() && probe.field().signed_clearance(at) < -1e-6 { eprintln!("LEAK found crossing {at} outside, pair {pair:?} side {side} region {:?} leave {} nodes {:?} sides {:?}", self.region.corners, self.region.may_leave_part, self.out.nodes, self.sides); }
                 self.sides[side].push(crossing);
                 self.used[side].push(false);
                 self.out.found.push((side as u8, crossing));
