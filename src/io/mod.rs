@@ -12,6 +12,7 @@ mod ply;
 mod polygon;
 mod stl;
 mod text;
+pub mod write;
 
 use std::path::Path;
 

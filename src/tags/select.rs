@@ -48,7 +48,10 @@ impl<'a> Selector<'a> {
                 normal,
                 tolerance,
                 max_angle,
-            } => Ok(self.plane(*point, *normal, *tolerance, *max_angle)),
+            } => {
+                let tolerance = tolerance.unwrap_or_else(|| 1e-6 * self.mesh().bounds().diagonal());
+                Ok(self.plane(*point, *normal, tolerance, *max_angle))
+            }
             Condition::Box { min, max, mode } => Ok(self.in_box(*min, *max, *mode)),
             Condition::Near {
                 point,
