@@ -215,10 +215,6 @@ impl fmt::Display for TagError {
 impl std::error::Error for TagError {}
 
 impl Diagnostic for TagError {
-    fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new("midsurf::tags"))
-    }
-
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         Some(Box::new(self.problem.remedy()))
     }

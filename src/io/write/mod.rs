@@ -26,10 +26,12 @@ use crate::mesh::midsurface::{BorderKind, MidSurface, VertexKind};
 pub enum WriteError {
     /// Suffix of no known format.
     #[error("{}: has no suffix of a known output format", file.display())]
-    #[diagnostic(help("use .obj, .ply, .vtu or .stl"))]
+    #[diagnostic(help("use {known}"))]
     UnknownFormat {
         /// The file asked for.
         file: PathBuf,
+        /// Suffixes that would do.
+        known: &'static str,
     },
     /// The folder is not there.
     #[error("{}: the folder {} does not exist", file.display(), folder.display())]
@@ -99,6 +101,7 @@ impl SurfaceFormat {
             Some("stl") => Ok(SurfaceFormat::Stl),
             _ => Err(WriteError::UnknownFormat {
                 file: file.to_owned(),
+                known: ".obj, .ply, .vtu or .stl",
             }),
         }
     }
