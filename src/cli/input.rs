@@ -106,7 +106,7 @@ impl Input {
             file: file.to_owned(),
             sha256: loaded.sha256,
             geometry,
-            facets: loaded.facet_count(),
+            facets: loaded.names.len(),
             names: loaded.names,
             rules: coping.rules,
             part,
