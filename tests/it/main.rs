@@ -1,3 +1,8 @@
 //! Integration tests, one module a room.
 
+mod cli_input;
+mod common;
+mod parts;
 mod readers;
+mod tags;
+mod writers;
