@@ -47,10 +47,15 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE")]
     coping: Option<PathBuf>,
     /// Cell size: a length, `0.5t` (wall thicknesses), `1%` (of the diagonal), or auto
-    #[arg(long, value_name = "SIZE", default_value = "auto")]
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "auto",
+        allow_negative_numbers = true
+    )]
     cell: CellSize,
     /// Smallest object angle of a sheet in degrees, between 0 and 180
-    #[arg(long, value_name = "DEG", value_parser = angle)]
+    #[arg(long, value_name = "DEG", value_parser = angle, allow_negative_numbers = true)]
     angle: Option<f64>,
     /// Threads to use; the result does not depend on it
     #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -68,7 +73,7 @@ pub(super) struct Args {
     #[arg(long)]
     allow_open: bool,
     /// Merge vertices of the part within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
     weld: Option<f64>,
     /// Write seams and borders into OBJ files too, as lines
     #[arg(long)]
