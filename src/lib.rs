@@ -1,4 +1,9 @@
 //! Mid-surface of a thin-wall part.
+
+// A library neither prints nor gives up.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+
 pub mod field;
 pub mod io;
 pub mod mesh;

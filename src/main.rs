@@ -1,5 +1,9 @@
 //! The `midsurf` command.
 
+// These panic when the other end of a pipe has gone.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+
 mod cli;
 
 fn main() -> std::process::ExitCode {

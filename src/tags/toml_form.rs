@@ -234,7 +234,7 @@ fn plane_condition(plane: Spanned<PlaneTable>) -> Result<Condition, Located> {
     let Some(normal) = normal.filter(|_| point.is_finite()) else {
         return fail("a plane needs a finite point and a normal that is not zero");
     };
-    if plane.tol.is_some_and(|tol| !(tol >= 0.0)) {
+    if plane.tol.is_some_and(|tol| tol.is_nan() || tol < 0.0) {
         return fail("tol must not be negative");
     }
     let max_angle = plane.max_angle.unwrap_or(PLANE_ANGLE);
@@ -275,7 +275,10 @@ fn near_condition(near: Spanned<NearTable>) -> Result<Condition, Located> {
     if !(0.0..=180.0).contains(&grow_angle) {
         return fail("grow_angle must lie between 0 and 180 degrees");
     }
-    if near.max_area.is_some_and(|area| !(area > 0.0)) {
+    if near
+        .max_area
+        .is_some_and(|area| area.is_nan() || area <= 0.0)
+    {
         return fail("max_area must be positive");
     }
     Ok(Condition::Near {

@@ -103,3 +103,79 @@ pub fn stl_bytes(mesh: &TriMesh, header: &str) -> Vec<u8> {
     }
     bytes
 }
+
+/// The box that the odd files below hold.
+pub fn small_box() -> TriMesh {
+    cuboid(DVec3::new(-1.0, 0.0, 0.5), DVec3::new(2.0, 3.0, 0.25))
+}
+
+pub fn stl_text(mesh: &TriMesh, name: &str) -> String {
+    let mut text = format!("solid {name}\n");
+    for corners in soup(mesh) {
+        text += "  facet normal 0 0 0\n    outer loop\n";
+        for p in corners {
+            text += &format!("      vertex {} {:e} {}\n", p.x, p.y, p.z);
+        }
+        text += "    endloop\n  endfacet\n";
+    }
+    text + "endsolid\n"
+}
+
+fn ply_header(format: &str, float: &str, list: &str, mesh: &TriMesh) -> String {
+    format!(
+        "ply\nformat {format} 1.0\ncomment made by hand\n\
+         element vertex {}\nproperty {float} x\nproperty {float} y\nproperty {float} z\n\
+         property uchar red\n\
+         element face {}\nproperty short quality\nproperty list uchar int {list}\n\
+         element edge 1\nproperty int vertex1\nend_header\n",
+        mesh.positions.len(),
+        mesh.triangles.len()
+    )
+}
+
+pub fn ply_binary(mesh: &TriMesh, big: bool, double: bool) -> Vec<u8> {
+    let format = if big {
+        "binary_big_endian"
+    } else {
+        "binary_little_endian"
+    };
+    let float = if double { "double" } else { "float" };
+    let mut bytes = ply_header(format, float, "vertex_indices", mesh).into_bytes();
+    let mut put = |le: &[u8]| {
+        let mut word = le.to_vec();
+        if big {
+            word.reverse();
+        }
+        bytes.extend(word);
+    };
+    for p in &mesh.positions {
+        for x in p.to_array() {
+            if double {
+                put(&x.to_le_bytes());
+            } else {
+                put(&(x as f32).to_le_bytes());
+            }
+        }
+        put(&[255]);
+    }
+    for triangle in &mesh.triangles {
+        put(&(-7i16).to_le_bytes());
+        put(&[3]);
+        for corner in triangle {
+            put(&corner.to_le_bytes());
+        }
+    }
+    put(&5i32.to_le_bytes());
+    bytes
+}
+
+pub fn ply_text(mesh: &TriMesh) -> String {
+    let mut text = ply_header("ascii", "double", "vertex_index", mesh);
+    for p in &mesh.positions {
+        text += &format!("{} {} {} 255\n", p.x, p.y, p.z);
+    }
+    for [a, b, c] in &mesh.triangles {
+        text += &format!("-7 3 {a} {b} {c}\n");
+    }
+    text + "5\n"
+}
