@@ -1,5 +1,6 @@
 //! Mid-surface of a thin-wall part.
 pub mod assembly;
+pub mod cli;
 pub mod extract;
 pub mod field;
 pub mod follow;

@@ -1,2 +1,11 @@
 //! The `midsurf` command.
-fn main() {}
+
+// These panic when the other end of a pipe has gone.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+
+mod cli;
+
+fn main() -> std::process::ExitCode {
+    cli::run()
+}

@@ -189,10 +189,6 @@ impl fmt::Display for ReadError {
 impl std::error::Error for ReadError {}
 
 impl Diagnostic for ReadError {
-    fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new("midsurf::read"))
-    }
-
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         Some(Box::new(self.problem.remedy()))
     }

@@ -12,6 +12,7 @@ mod ply;
 mod polygon;
 mod stl;
 mod text;
+pub mod write;
 
 use std::path::Path;
 
@@ -163,10 +164,9 @@ fn parse(bytes: &[u8], format: MeshFormat) -> Result<RawMesh, Located> {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err((Place::Whole, Problem::Empty));
     }
-    if format != MeshFormat::Stl || !stl::is_binary(bytes) {
-        if let Some(what) = text::foreign(bytes) {
-            return Err((Place::Whole, Problem::Foreign(what)));
-        }
+    let binary_stl = format == MeshFormat::Stl && stl::is_binary(bytes);
+    if !binary_stl && let Some(what) = text::foreign(bytes) {
+        return Err((Place::Whole, Problem::Foreign(what)));
     }
     let raw = match format {
         MeshFormat::Obj => obj::parse(bytes),

@@ -12,7 +12,7 @@ use tobj::LoadOptions;
 use super::error::{Located, Place, Problem};
 use super::names::NamesBuilder;
 use super::polygon::FacetSink;
-use super::text::{Lines, decode, excerpt};
+use super::text::{Lines, decode, excerpt, finite};
 use super::{FacetPlaces, RawMesh, ReadWarning};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
@@ -297,19 +297,6 @@ impl Scan {
 fn some_name(rest: &str) -> Option<String> {
     let name = rest.trim();
     (!name.is_empty()).then(|| name.to_owned())
-}
-
-/// Checks that a word is a finite number.
-pub(super) fn finite(word: &str) -> Result<f64, Problem> {
-    match word.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        Ok(_) => Err(Problem::NotFinite {
-            word: excerpt(word),
-        }),
-        Err(_) => Err(Problem::NotANumber {
-            word: excerpt(word),
-        }),
-    }
 }
 
 /// Vertex index of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`. The other two

@@ -3,9 +3,8 @@
 use glam::DVec3;
 
 use super::error::{Located, Place, Problem};
-use super::obj::finite;
 use super::polygon::FacetSink;
-use super::text::{Lines, decode, excerpt};
+use super::text::{Lines, decode, excerpt, finite};
 use super::{FacetNames, FacetPlaces, RawMesh};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {

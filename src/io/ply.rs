@@ -12,7 +12,7 @@ use ply_rs_bw::ply::{
 
 use super::error::{Located, Place, Problem};
 use super::polygon::FacetSink;
-use super::text::{Lines, decode, excerpt};
+use super::text::{Lines, decode, excerpt, finite};
 use super::{FacetNames, FacetPlaces, RawMesh};
 
 #[derive(Debug, Default)]
@@ -120,7 +120,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
         return Err((Place::Line(1), Problem::Syntax(message)));
     }
     // Old Macintosh line ends: only in a text file without any line feed.
-    if bytes[3] == b'\r' && !bytes.contains(&b'\n') {
+    if bytes.get(3) == Some(&b'\r') && !bytes.contains(&b'\n') {
         let unix: Vec<u8> = bytes
             .iter()
             .map(|&b| if b == b'\r' { b'\n' } else { b })
@@ -293,8 +293,9 @@ impl<'a> Body<'a> {
                 if text.trim().is_empty() {
                     continue;
                 }
+                let row = check_row(&text, element).map_err(|problem| (place, problem))?;
                 return parser
-                    .read_ascii_element(&text, element)
+                    .read_ascii_element(&row, element)
                     .map(|value| (place, value))
                     .map_err(|error| (place, Problem::Syntax(in_one_line(&error))));
             }
@@ -312,6 +313,47 @@ impl<'a> Body<'a> {
             }
         })
     }
+}
+
+/// Checks a row of text and puts its numbers as the parser wants them, which
+/// takes neither `.5` nor `1.`.
+///
+/// Refuses rows longer than the header says, which the parser would cut: they
+/// are rows of another element, so the counts are wrong.
+fn check_row(text: &str, element: &ElementDef) -> Result<String, Problem> {
+    let mut row = String::with_capacity(text.len());
+    let mut given = 0;
+    for word in text.split_whitespace() {
+        finite(word)?;
+        given += 1;
+        if !row.is_empty() {
+            row.push(' ');
+        }
+        match word.split_once('.') {
+            Some((whole, fraction)) => {
+                row.push_str(whole);
+                if !whole.ends_with(|c: char| c.is_ascii_digit()) {
+                    row.push('0');
+                }
+                row.push('.');
+                if !fraction.starts_with(|c: char| c.is_ascii_digit()) {
+                    row.push('0');
+                }
+                row.push_str(fraction);
+            }
+            None => row.push_str(word),
+        }
+    }
+    let scalar = |data_type: &PropertyType| matches!(data_type, PropertyType::Scalar(_));
+    let fixed = element.properties.iter().all(|(_, p)| scalar(&p.data_type));
+    let announced = element.properties.len();
+    if fixed && given > announced {
+        return Err(Problem::Syntax(format!(
+            "{given} values where the header announces {announced} for an element {:?}",
+            excerpt(&element.name)
+        )));
+    }
+    Ok(row)
 }
 
 fn truncated(element: &ElementDef) -> Problem {

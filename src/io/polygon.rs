@@ -146,7 +146,8 @@ fn is_strictly_convex(flat: &[DVec2]) -> bool {
     for k in 0..count {
         let (a, b, c) = (flat[k], flat[(k + 1) % count], flat[(k + 2) % count]);
         let sides = (b - a).length() * (c - b).length();
-        if !(turn(a, b, c) > 1e-12 * sides) {
+        let turns_left = turn(a, b, c) > 1e-12 * sides;
+        if !turns_left {
             return false;
         }
         angle += (b - a).angle_to(c - b);
@@ -184,7 +185,8 @@ impl Clipper<'_> {
             .length_squared()
             .max((c - b).length_squared())
             .max((a - c).length_squared());
-        if !(area > 1e-12 * longest) {
+        let turns_left = area > 1e-12 * longest;
+        if !turns_left {
             return None;
         }
         let holds = |p: DVec2| {

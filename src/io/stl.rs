@@ -8,8 +8,7 @@ use glam::DVec3;
 
 use super::error::{Located, Place, Problem};
 use super::names::NamesBuilder;
-use super::obj::finite;
-use super::text::{Lines, decode, excerpt};
+use super::text::{Lines, decode, excerpt, finite};
 use super::{FacetNames, FacetPlaces, RawMesh};
 use crate::mesh::{TriMesh, weld_exact};
 

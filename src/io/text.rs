@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use super::error::Problem;
+
 /// Splits bytes into lines at LF, CR LF and CR alone; numbers them from 1.
 pub(crate) struct Lines<'a> {
     rest: &'a [u8],
@@ -88,6 +90,19 @@ pub(crate) fn foreign(bytes: &[u8]) -> Option<&'static str> {
         Some("a STEP file (mesh it first, for instance with `gmsh -2`)")
     } else {
         None
+    }
+}
+
+/// Checks that a word is a finite number.
+pub(crate) fn finite(word: &str) -> Result<f64, Problem> {
+    match word.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err(Problem::NotFinite {
+            word: excerpt(word),
+        }),
+        Err(_) => Err(Problem::NotANumber {
+            word: excerpt(word),
+        }),
     }
 }
 

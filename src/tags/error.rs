@@ -144,7 +144,10 @@ impl TagProblem {
 
 /// Why a tag file could not be used.
 #[derive(Debug)]
-pub struct TagError {
+pub struct TagError(Box<Inner>);
+
+#[derive(Debug)]
+struct Inner {
     file: PathBuf,
     line: Option<u64>,
     problem: TagProblem,
@@ -153,39 +156,39 @@ pub struct TagError {
 
 impl TagError {
     pub(super) fn whole(file: &Path, problem: TagProblem) -> TagError {
-        TagError {
+        TagError(Box::new(Inner {
             file: file.to_owned(),
             line: None,
             problem,
             source: None,
-        }
+        }))
     }
 
     pub(super) fn at(file: &Path, text: &str, (span, problem): Located) -> TagError {
         let span = clamp(text, span);
         let line = 1 + text[..span.start].bytes().filter(|&b| b == b'\n').count() as u64;
         let source = NamedSource::new(file.display().to_string(), text.to_owned());
-        TagError {
+        TagError(Box::new(Inner {
             file: file.to_owned(),
             line: Some(line),
             problem,
             source: Some((source, span.into())),
-        }
+        }))
     }
 
     /// The tag file.
     pub fn file(&self) -> &Path {
-        &self.file
+        &self.0.file
     }
 
     /// Line of the tag file, counted from 1.
     pub fn line(&self) -> Option<u64> {
-        self.line
+        self.0.line
     }
 
     /// What is wrong.
     pub fn problem(&self) -> &TagProblem {
-        &self.problem
+        &self.0.problem
     }
 }
 
@@ -204,10 +207,10 @@ fn clamp(text: &str, span: Span) -> Span {
 
 impl fmt::Display for TagError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let file = self.file.display();
-        match self.line {
-            Some(line) => write!(f, "{file}, line {line}: {}", self.problem),
-            None => write!(f, "{file}: {}", self.problem),
+        let file = self.0.file.display();
+        match self.0.line {
+            Some(line) => write!(f, "{file}, line {line}: {}", self.0.problem),
+            None => write!(f, "{file}: {}", self.0.problem),
         }
     }
 }
@@ -215,22 +218,19 @@ impl fmt::Display for TagError {
 impl std::error::Error for TagError {}
 
 impl Diagnostic for TagError {
-    fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new("midsurf::tags"))
-    }
-
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new(self.problem.remedy()))
+        Some(Box::new(self.0.problem.remedy()))
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.source
+        self.0
+            .source
             .as_ref()
             .map(|(text, _)| text as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (_, span) = self.source.as_ref()?;
+        let (_, span) = self.0.source.as_ref()?;
         Some(Box::new(std::iter::once(LabeledSpan::new_with_span(
             Some("here".to_owned()),
             *span,

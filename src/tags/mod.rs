@@ -7,13 +7,16 @@
 
 mod error;
 mod glob;
+mod identity;
 mod rule;
 mod select;
 mod text;
+mod toml_form;
 
 use std::path::Path;
 
 pub use error::{TagError, TagProblem};
+pub use identity::geometry_checksum;
 
 use crate::io::LoadedMesh;
 use crate::mesh::Bounds;
@@ -98,11 +101,20 @@ pub fn read_tags_bytes(
         text.replace('\r', "\n")
     };
     let fail = |located: Located| TagError::at(file, &text, located);
-    let parsed = text::parse(&text).map_err(fail)?;
+    let is_toml = file
+        .extension()
+        .is_some_and(|suffix| suffix.eq_ignore_ascii_case("toml"));
+    let parsed = if is_toml {
+        toml_form::parse(&text)
+    } else {
+        text::parse(&text)
+    }
+    .map_err(fail)?;
     apply(&parsed, loaded, mesh_file).map_err(fail)
 }
 
 fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping, Located> {
+    identity::check(&file.mesh, loaded, &mesh_file.display().to_string())?;
     let mut coping = Coping::none(loaded);
     let mut selector = Selector::new(loaded);
     for rule in &file.rules {

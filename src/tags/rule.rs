@@ -65,7 +65,8 @@ pub(super) enum Condition {
         point: DVec3,
         /// Unit length.
         normal: DVec3,
-        tolerance: f64,
+        /// Part units; `None` stands for a millionth of the mesh's diagonal.
+        tolerance: Option<f64>,
         max_angle: f64,
     },
     /// Triangles in an axis-parallel box.

@@ -8,6 +8,10 @@ use super::rule::{BoxMode, Condition, FacetRange, Located, NameKind, Span};
 use crate::io::{LoadedMesh, NameSet};
 use crate::mesh::{FaceId, TriMesh, weld_exact};
 
+/// Slack for cosines, so that rounding does not part triangles of one plane
+/// or lose a right angle; 1e-12 is an angle of 1e-4 degrees near zero.
+const COSINE_NOISE: f64 = 1e-12;
+
 /// A mesh with what selections need, made on first use.
 pub(super) struct Selector<'a> {
     loaded: &'a LoadedMesh,
@@ -48,7 +52,10 @@ impl<'a> Selector<'a> {
                 normal,
                 tolerance,
                 max_angle,
-            } => Ok(self.plane(*point, *normal, *tolerance, *max_angle)),
+            } => {
+                let tolerance = tolerance.unwrap_or_else(|| 1e-6 * self.mesh().bounds().diagonal());
+                Ok(self.plane(*point, *normal, tolerance, *max_angle))
+            }
             Condition::Box { min, max, mode } => Ok(self.in_box(*min, *max, *mode)),
             Condition::Near {
                 point,
@@ -144,7 +151,7 @@ impl<'a> Selector<'a> {
                     && mesh
                         .area_vector(face)
                         .try_normalize()
-                        .is_none_or(|n| n.dot(normal).abs() >= least_cosine)
+                        .is_none_or(|n| n.dot(normal).abs() >= least_cosine - COSINE_NOISE)
             })
             .collect()
     }
@@ -196,8 +203,7 @@ impl<'a> Selector<'a> {
                     continue;
                 }
                 let smooth = match (normal(face), normal(other)) {
-                    // Rounding must not part triangles of one plane.
-                    (Some(a), Some(b)) => a.dot(b) >= least_cosine - 1e-12,
+                    (Some(a), Some(b)) => a.dot(b) >= least_cosine - COSINE_NOISE,
                     _ => true,
                 };
                 if smooth {

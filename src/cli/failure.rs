@@ -1,0 +1,114 @@
+//! Why a command failed, and the exit code for it.
+
+use std::fmt;
+use std::io::{self, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+use midsurf::io::{LoadedMesh, Place};
+use midsurf::mesh::PartError;
+use miette::{Diagnostic, Report};
+
+/// A failed command.
+pub(super) enum Failure {
+    /// Wrong usage or bad input: exit code 2.
+    Input(Report),
+    /// Good input, but no result: exit code 4.
+    NoResult(Report),
+    /// Standard output did not take the data.
+    Stdout(io::Error),
+}
+
+impl Failure {
+    /// Bad input or output that the library reported.
+    pub(super) fn input(error: impl Diagnostic + Send + Sync + 'static) -> Failure {
+        Failure::Input(Report::new(error))
+    }
+
+    /// A part that the library refused; the message gains file and line.
+    pub(super) fn part(error: PartError, file: &Path, place: Place) -> Failure {
+        let place = match place {
+            Place::Whole => String::new(),
+            Place::Line(line) => format!(", line {line}"),
+            Place::Byte(byte) => format!(", byte {byte}"),
+        };
+        let message = format!("{}{place}: {error}", file.display());
+        Failure::input(Explained {
+            message,
+            help: error.help().map(|help| help.to_string()),
+        })
+    }
+
+    /// A result that could not be written.
+    pub(super) fn output(error: impl Diagnostic + Send + Sync + 'static) -> Failure {
+        Failure::NoResult(Report::new(error))
+    }
+
+    /// No result, in words.
+    pub(super) fn no_result(message: impl Into<String>, help: impl Into<String>) -> Failure {
+        Failure::NoResult(Report::new(Explained {
+            message: message.into(),
+            help: Some(help.into()),
+        }))
+    }
+
+    /// Prints the error and its causes to stderr. A reader that went away is
+    /// no error.
+    pub(super) fn print(&self) {
+        let mut stderr = io::stderr();
+        let _ = match self {
+            Failure::Input(report) | Failure::NoResult(report) => {
+                write!(stderr, "Error: {report:?}")
+            }
+            Failure::Stdout(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+            Failure::Stdout(error) => writeln!(stderr, "Error: standard output: {error}"),
+        };
+    }
+
+    pub(super) fn exit_code(&self) -> ExitCode {
+        match self {
+            Failure::Input(_) => ExitCode::from(2),
+            Failure::NoResult(_) => ExitCode::from(4),
+            Failure::Stdout(error) if error.kind() == io::ErrorKind::BrokenPipe => {
+                ExitCode::SUCCESS
+            }
+            Failure::Stdout(_) => ExitCode::from(4),
+        }
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Failure {
+        Failure::Stdout(error)
+    }
+}
+
+/// Where the file states the triangle that an error names.
+pub(super) fn place_of(error: &PartError, loaded: &LoadedMesh) -> Place {
+    error
+        .triangle()
+        .map_or(Place::Whole, |triangle| loaded.place_of(triangle))
+}
+
+/// A message with help, for the report printer.
+#[derive(Debug)]
+struct Explained {
+    message: String,
+    help: Option<String>,
+}
+
+impl fmt::Display for Explained {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Explained {}
+
+impl Diagnostic for Explained {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.help
+            .as_ref()
+            .map(|help| Box::new(help) as Box<dyn fmt::Display>)
+    }
+}

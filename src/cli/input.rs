@@ -1,0 +1,123 @@
+//! Part and tags from files to a checked part: shared by the commands.
+
+use std::path::{Path, PathBuf};
+
+use midsurf::io::{FacetNames, LoadedMesh, Place, ReadWarning, read_mesh};
+use midsurf::mesh::{Part, PartError, PartOptions};
+use midsurf::tags::{Coping, RuleResult, geometry_checksum, read_tags};
+use serde::Serialize;
+
+use super::failure::{Failure, place_of};
+use super::say;
+
+/// A warning for stderr and for reports.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Warning {
+    /// Stable.
+    pub(super) code: String,
+    pub(super) message: String,
+}
+
+/// A checked part, and what is worth knowing of its files.
+pub(super) struct Input {
+    pub(super) file: PathBuf,
+    pub(super) sha256: String,
+    pub(super) geometry: String,
+    pub(super) facets: usize,
+    pub(super) names: FacetNames,
+    pub(super) rules: Vec<RuleResult>,
+    pub(super) part: Part,
+    pub(super) warnings: Vec<Warning>,
+}
+
+/// Reads a mesh file.
+pub(super) fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), Failure> {
+    let loaded = read_mesh(file).map_err(Failure::input)?;
+    let warnings = loaded
+        .warnings
+        .iter()
+        .map(|warning| read_warning(file, warning))
+        .collect();
+    Ok((loaded, warnings))
+}
+
+fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
+    let place = match warning.place {
+        Place::Whole => String::new(),
+        Place::Line(line) => format!(", line {line}"),
+        Place::Byte(byte) => format!(", byte {byte}"),
+    };
+    Warning {
+        code: warning.code.to_owned(),
+        message: format!("{}{place}: {}", file.display(), warning.message),
+    }
+}
+
+/// Reads a tag file for a mesh; no file means no tags.
+pub(super) fn load_tags(
+    tags: Option<&Path>,
+    loaded: &LoadedMesh,
+    mesh_file: &Path,
+) -> Result<(Coping, Vec<Warning>), Failure> {
+    let Some(file) = tags else {
+        return Ok((Coping::none(loaded), Vec::new()));
+    };
+    let coping = read_tags(file, loaded, mesh_file).map_err(Failure::input)?;
+    let warnings = coping
+        .warnings
+        .iter()
+        .map(|message| Warning {
+            code: "empty_rule".to_owned(),
+            message: format!("{}: {message}", file.display()),
+        })
+        .collect();
+    Ok((coping, warnings))
+}
+
+impl Input {
+    /// Reads and checks a part with its tags.
+    pub(super) fn read(
+        file: &Path,
+        tags: Option<&Path>,
+        options: PartOptions,
+    ) -> Result<Input, Failure> {
+        let (mut loaded, mut warnings) = load(file)?;
+        let (coping, more) = load_tags(tags, &loaded, file)?;
+        warnings.extend(more);
+        let geometry = geometry_checksum(&loaded.mesh);
+        let mesh = std::mem::take(&mut loaded.mesh);
+        let flags = coping.flags;
+        let (part, more) =
+            Part::new(mesh, flags, options).map_err(|error| match (&error, tags) {
+                // Those two are the tags' fault.
+                (PartError::AllCoping { .. } | PartError::NoWall { .. }, Some(tags)) => {
+                    Failure::part(error, tags, Place::Whole)
+                }
+                _ => {
+                    let place = place_of(&error, &loaded);
+                    Failure::part(error, file, place)
+                }
+            })?;
+        warnings.extend(more.iter().map(|warning| Warning {
+            code: warning.code().to_owned(),
+            message: format!("{}: {warning}", file.display()),
+        }));
+        Ok(Input {
+            file: file.to_owned(),
+            sha256: loaded.sha256,
+            geometry,
+            facets: loaded.names.len(),
+            names: loaded.names,
+            rules: coping.rules,
+            part,
+            warnings,
+        })
+    }
+}
+
+/// Prints warnings to stderr.
+pub(super) fn print_warnings(warnings: &[Warning]) {
+    for warning in warnings {
+        say(format_args!("warning: {}", warning.message));
+    }
+}

@@ -1,0 +1,79 @@
+//! The command line: raw flags, then checked settings, then the library.
+//!
+//! One file a command. Commands return a [`failure::Failure`]; it is printed here, in
+//! one place, and turned into the exit code.
+
+mod cell;
+mod extract;
+mod failure;
+mod info;
+mod input;
+mod progress;
+mod tags;
+
+use std::io::{self, IsTerminal, Write};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use miette::MietteHandlerOpts;
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    done
+  1    done, but a requested check failed (the result has cracks)
+  2    wrong usage or bad input; nothing was written
+  4    no usable result; nothing was written
+  130  interrupted
+
+Errors and progress go to stderr, data to stdout. NO_COLOR is respected.";
+
+/// Mid-surface of a thin-wall part as one connected, crack-free, non-manifold
+/// triangle mesh with thickness.
+#[derive(Parser)]
+#[command(name = "midsurf", version, after_help = EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Extract(extract::Args),
+    Info(info::Args),
+    Tags(tags::Args),
+}
+
+/// Parses the command line, runs the command, reports what went wrong.
+pub fn run() -> ExitCode {
+    // Fails only if a hook was set before.
+    let _ = miette::set_hook(Box::new(|_| {
+        let terminal = io::stderr().is_terminal();
+        Box::new(
+            MietteHandlerOpts::new()
+                .wrap_lines(terminal)
+                .break_words(false)
+                .build(),
+        )
+    }));
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => error.exit(),
+    };
+    let outcome = match cli.command {
+        Command::Extract(args) => extract::run(args),
+        Command::Info(args) => info::run(args),
+        Command::Tags(args) => tags::run(args),
+    };
+    match outcome {
+        Ok(code) => code,
+        Err(failure) => {
+            failure.print();
+            failure.exit_code()
+        }
+    }
+}
+
+/// Writes a line to stderr; a closed stderr is nobody's concern.
+fn say(line: std::fmt::Arguments<'_>) {
+    let _ = writeln!(io::stderr(), "{line}");
+}

@@ -1,0 +1,214 @@
+//! Mid-surface writers, one file a format.
+//!
+//! Numbers are written so that reading them gives the same f64 back, except
+//! in STL, which holds single precision. Files appear complete or not at all.
+
+mod csv;
+mod obj;
+mod ply;
+mod stage;
+mod stl;
+mod vtu;
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+pub use stage::{Staged, check_target, stage};
+
+use crate::mesh::midsurface::{BorderKind, MidSurface, VertexKind};
+
+/// Why an output file cannot be written.
+#[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// Suffix of no known format.
+    #[error("{}: has no suffix of a known output format", file.display())]
+    #[diagnostic(help("use {known}"))]
+    UnknownFormat {
+        /// The file asked for.
+        file: PathBuf,
+        /// Suffixes that would do.
+        known: &'static str,
+    },
+    /// The folder is not there.
+    #[error("{}: the folder {} does not exist", file.display(), folder.display())]
+    #[diagnostic(help("create the folder first, or write elsewhere"))]
+    NoFolder {
+        /// The file asked for.
+        file: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// The name belongs to a folder or a device.
+    #[error("{}: is not a regular file and will not be replaced", file.display())]
+    #[diagnostic(help("choose another name"))]
+    NotAFile {
+        /// The file asked for.
+        file: PathBuf,
+    },
+    /// Two outputs, or an output and an input, have the same name.
+    #[error("{}: this file is named twice, as {first} and as {second}", file.display())]
+    #[diagnostic(help("give every file its own name"))]
+    NamedTwice {
+        /// The file.
+        file: PathBuf,
+        /// One role.
+        first: &'static str,
+        /// The other role.
+        second: &'static str,
+    },
+    /// The system refused.
+    #[error("{}: cannot be written: {source}", file.display())]
+    #[diagnostic(help("check free space and permissions; nothing was left behind"))]
+    Io {
+        /// The file asked for.
+        file: PathBuf,
+        /// What the system said.
+        #[source]
+        source: io::Error,
+    },
+}
+
+/// Formats of a mid-surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SurfaceFormat {
+    /// Wavefront OBJ, one group a sheet, with a CSV of thickness beside it.
+    Obj,
+    /// Binary PLY with thickness and kind a vertex, sheet a face.
+    Ply,
+    /// VTK unstructured grid for ParaView: triangles, and seams and borders
+    /// as lines.
+    Vtu,
+    /// Binary STL: triangles only, single precision.
+    Stl,
+}
+
+impl SurfaceFormat {
+    /// The format that a file name's suffix stands for, in any case of letters.
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError::UnknownFormat`].
+    pub fn of(file: &Path) -> Result<SurfaceFormat, WriteError> {
+        let suffix = file.extension().and_then(|suffix| suffix.to_str());
+        match suffix.map(str::to_ascii_lowercase).as_deref() {
+            Some("obj") => Ok(SurfaceFormat::Obj),
+            Some("ply") => Ok(SurfaceFormat::Ply),
+            Some("vtu") => Ok(SurfaceFormat::Vtu),
+            Some("stl") => Ok(SurfaceFormat::Stl),
+            _ => Err(WriteError::UnknownFormat {
+                file: file.to_owned(),
+                known: ".obj, .ply, .vtu or .stl",
+            }),
+        }
+    }
+}
+
+/// Choices for the writers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SurfaceOptions {
+    /// Write seams and borders into OBJ files too, as `l` lines in groups of
+    /// their own. Off by default, as many readers refuse or misread them.
+    pub obj_lines: bool,
+}
+
+/// Number for a vertex kind in PLY and VTU.
+pub fn vertex_code(kind: VertexKind) -> u8 {
+    match kind {
+        VertexKind::Sheet => 0,
+        VertexKind::Seam => 1,
+        VertexKind::Junction => 2,
+        VertexKind::CopingBorder => 3,
+        VertexKind::FadingBorder => 4,
+    }
+}
+
+/// Number for a border kind in VTU; that of its vertices.
+fn border_code(kind: BorderKind) -> u8 {
+    vertex_code(match kind {
+        BorderKind::Coping => VertexKind::CopingBorder,
+        BorderKind::Fading => VertexKind::FadingBorder,
+    })
+}
+
+/// The CSV of thickness that goes beside an OBJ: `mid.obj` gives
+/// `mid.thickness.csv`.
+pub fn thickness_file(obj: &Path) -> PathBuf {
+    obj.with_extension("thickness.csv")
+}
+
+/// All files that writing `file` makes.
+///
+/// # Errors
+///
+/// [`WriteError::UnknownFormat`].
+pub fn files_for(file: &Path) -> Result<Vec<PathBuf>, WriteError> {
+    let mut files = vec![file.to_owned()];
+    if SurfaceFormat::of(file)? == SurfaceFormat::Obj {
+        files.push(thickness_file(file));
+    }
+    Ok(files)
+}
+
+/// Writes a mid-surface in the format of the file's suffix to a place beside
+/// its target; nothing shows under its name before [`Staged::commit`].
+///
+/// # Errors
+///
+/// [`WriteError`] names the file.
+pub fn stage_surface(
+    surface: &MidSurface,
+    file: &Path,
+    options: SurfaceOptions,
+) -> Result<Vec<Staged>, WriteError> {
+    let format = SurfaceFormat::of(file)?;
+    let mut staged = vec![stage(file, |out| {
+        write_surface(surface, format, options, out)
+    })?];
+    if format == SurfaceFormat::Obj {
+        staged.push(stage(&thickness_file(file), |out| {
+            csv::write(surface, out)
+        })?);
+    }
+    Ok(staged)
+}
+
+/// Writes a mid-surface to any sink.
+///
+/// # Errors
+///
+/// Those of the sink.
+pub fn write_surface(
+    surface: &MidSurface,
+    format: SurfaceFormat,
+    options: SurfaceOptions,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    match format {
+        SurfaceFormat::Obj => obj::write(surface, options, out),
+        SurfaceFormat::Ply => ply::write(surface, out),
+        SurfaceFormat::Vtu => vtu::write(surface, out),
+        SurfaceFormat::Stl => stl::write(surface, out),
+    }
+}
+
+/// Writes the thickness of every vertex as CSV.
+///
+/// # Errors
+///
+/// Those of the sink.
+pub fn write_thickness(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()> {
+    csv::write(surface, out)
+}
+
+/// Segments of a line of vertices; a closed one returns to its start.
+fn segments(path: &[u32], closed: bool) -> impl Iterator<Item = [u32; 2]> + '_ {
+    let back = match path {
+        [first, .., last] if closed => Some([*last, *first]),
+        _ => None,
+    };
+    path.windows(2).map(|pair| [pair[0], pair[1]]).chain(back)
+}

@@ -1,0 +1,171 @@
+//! VTK unstructured grid (XML), for ParaView, pyVista and meshio.
+//!
+//! One piece, so that lines share the points of the triangles. Cells: the
+//! triangles first, then every segment of every seam and border as a line.
+//!
+//! | array | on | value |
+//! | --- | --- | --- |
+//! | `thickness` | points | distance between footpoints, part units |
+//! | `kind` | points | 0 sheet, 1 seam, 2 junction, 3 coping border, 4 fading border |
+//! | `sheet` | cells | sheet of a triangle or border; -1 on seams |
+//! | `kind` | cells | 0 triangle, 1 seam, 3 coping border, 4 fading border |
+//! | `line` | cells | number of the seam or border within its list; -1 on triangles |
+//!
+//! Arrays are base64 of little-endian bytes behind a 64-bit byte count.
+
+use std::io::{self, Write};
+
+use super::{border_code, segments, vertex_code};
+use crate::mesh::midsurface::{MidSurface, VertexKind};
+
+/// VTK's number for a two-node line.
+const VTK_LINE: u8 = 3;
+/// VTK's number for a triangle.
+const VTK_TRIANGLE: u8 = 5;
+
+/// Cell arrays, filled cell by cell.
+#[derive(Default)]
+struct Cells {
+    corners: Vec<u8>,
+    offsets: Vec<u8>,
+    types: Vec<u8>,
+    sheet: Vec<u8>,
+    kind: Vec<u8>,
+    line: Vec<u8>,
+    ends: i64,
+}
+
+impl Cells {
+    fn push(&mut self, corners: &[u32], vtk_type: u8, sheet: i32, kind: u8, line: i32) {
+        for &corner in corners {
+            self.corners
+                .extend_from_slice(&i64::from(corner).to_le_bytes());
+        }
+        self.ends += corners.len() as i64;
+        self.offsets.extend_from_slice(&self.ends.to_le_bytes());
+        self.types.push(vtk_type);
+        self.sheet.extend_from_slice(&sheet.to_le_bytes());
+        self.kind.push(kind);
+        self.line.extend_from_slice(&line.to_le_bytes());
+    }
+
+    fn of(surface: &MidSurface) -> Cells {
+        let mut cells = Cells::default();
+        for triangle in &surface.triangles {
+            let sheet = triangle.sheet as i32;
+            cells.push(&triangle.corners, VTK_TRIANGLE, sheet, 0, -1);
+        }
+        for (number, seam) in surface.seams.iter().enumerate() {
+            let kind = vertex_code(VertexKind::Seam);
+            for segment in segments(&seam.path, seam.closed) {
+                cells.push(&segment, VTK_LINE, -1, kind, number as i32);
+            }
+        }
+        for (number, border) in surface.borders.iter().enumerate() {
+            let kind = border_code(border.kind);
+            for segment in segments(&border.path, border.closed) {
+                let sheet = border.sheet as i32;
+                cells.push(&segment, VTK_LINE, sheet, kind, number as i32);
+            }
+        }
+        cells
+    }
+}
+
+pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()> {
+    let cells = Cells::of(surface);
+    let vertices = &surface.vertices;
+    let positions: Vec<u8> = vertices
+        .iter()
+        .flat_map(|vertex| vertex.position.to_array())
+        .flat_map(f64::to_le_bytes)
+        .collect();
+    let thickness: Vec<u8> = vertices
+        .iter()
+        .flat_map(|vertex| vertex.thickness.to_le_bytes())
+        .collect();
+    let kinds: Vec<u8> = vertices
+        .iter()
+        .map(|vertex| vertex_code(vertex.kind))
+        .collect();
+
+    writeln!(
+        out,
+        "<?xml version=\"1.0\"?>\n\
+         <VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
+         <UnstructuredGrid>\n\
+         <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">",
+        vertices.len(),
+        cells.types.len()
+    )?;
+    writeln!(out, "<PointData Scalars=\"thickness\">")?;
+    array(out, "Float64", "thickness", 1, &thickness)?;
+    array(out, "UInt8", "kind", 1, &kinds)?;
+    writeln!(out, "</PointData>\n<CellData Scalars=\"sheet\">")?;
+    array(out, "Int32", "sheet", 1, &cells.sheet)?;
+    array(out, "UInt8", "kind", 1, &cells.kind)?;
+    array(out, "Int32", "line", 1, &cells.line)?;
+    writeln!(out, "</CellData>\n<Points>")?;
+    array(out, "Float64", "Points", 3, &positions)?;
+    writeln!(out, "</Points>\n<Cells>")?;
+    array(out, "Int64", "connectivity", 1, &cells.corners)?;
+    array(out, "Int64", "offsets", 1, &cells.offsets)?;
+    array(out, "UInt8", "types", 1, &cells.types)?;
+    writeln!(out, "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
+}
+
+fn array(
+    out: &mut dyn Write,
+    data_type: &str,
+    name: &str,
+    components: usize,
+    bytes: &[u8],
+) -> io::Result<()> {
+    write!(out, "<DataArray type=\"{data_type}\" Name=\"{name}\" ")?;
+    if components > 1 {
+        write!(out, "NumberOfComponents=\"{components}\" ")?;
+    }
+    writeln!(out, "format=\"binary\">")?;
+    let count = (bytes.len() as u64).to_le_bytes();
+    base64(count.iter().chain(bytes).copied(), out)?;
+    writeln!(out, "\n</DataArray>")
+}
+
+/// Base64 of RFC 4648, with padding.
+fn base64(bytes: impl Iterator<Item = u8>, out: &mut dyn Write) -> io::Result<()> {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut bytes = bytes;
+    while let Some(first) = bytes.next() {
+        let (second, third) = (bytes.next(), bytes.next());
+        let group = u32::from_be_bytes([0, first, second.unwrap_or(0), third.unwrap_or(0)]);
+        let digit = |shift: u32| DIGITS[(group >> shift & 63) as usize];
+        let mut text = [digit(18), digit(12), digit(6), digit(0)];
+        if second.is_none() {
+            text[2] = b'=';
+        }
+        if third.is_none() {
+            text[3] = b'=';
+        }
+        out.write_all(&text)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn base64_matches_the_vectors_of_rfc_4648() {
+        for (plain, expected) in [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("foobar", "Zm9vYmFy"),
+        ] {
+            let mut out = Vec::new();
+            super::base64(plain.bytes(), &mut out).unwrap();
+            assert_eq!(out, expected.as_bytes());
+        }
+    }
+}
