@@ -136,6 +136,7 @@ fn heading(probe: &Probe, x: DVec3, normal: DVec3, pair: Pair) -> (DVec3, f64) {
 pub fn follow(probe: &mut Probe, region: &Region, start: DVec3, pair: Pair) -> Stop {
     let stop = Follower::new(probe, region, start, pair).run();
     if let Stop::Lost{at} = stop { if std::env::var("DBG").is_ok() && !DBG.with(|d| d.get()) { eprintln!("LOST at {at} start {start} pair {pair:?} region {:?}", region.corners); DBG.with(|d| d.set(true)); Follower::new(probe, region, start, pair).run(); DBG.with(|d| d.set(false)); } }
+    if let Stop::Side{at,..} = stop { if std::env::var("DBG2").is_ok() && probe.field().signed_clearance(at) < -1e-6 { DBG.with(|d| d.set(true)); Follower::new(probe, region, start, pair).run(); DBG.with(|d| d.set(false)); } }
     stop
 }
 
@@ -204,56 +205,35 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         };
         let stride = predicted.distance(self.x);
         let allowed = 0.3 * stride + 4.0 * self.tie;
-        let corrected = self.correct(predicted, third, self.pair, allowed);
-        let Some(mut y) = corrected else { return shorten(line!()) };
-        // A bent contour may leave through another side than its tangent.
-        if if leaving { self.off_side(side.unwrap_or(0), y) } else { self.region.excess(y) > 1e-12 * self.size } {
-            return shorten(line!());
-        }
-        // Out of the part on the way?
-        let mut left_part = None;
-        if self.region.may_leave_part
-            && let Some((at, coping)) = self.coping_exit(y)
-        {
-            y = at;
-            left_part = Some(coping);
-        }
-        // Is a nearer wall about?
+        // Facets of a smooth wall take each other's place until the pair is the
+        // one that is nearest at the far end of the step.
+        const MOST_SLIDES: usize = 24;
         let mut pair = self.pair;
-        for slide in 0.. {
-            let field = self.probe.field();
-            let (d, _) = distance_to(field, y, pair.left);
-            let foot = self.probe.nearest(y, pair.left);
-            if foot.face == pair.left || foot.face == pair.right || foot.distance >= d - self.tie {
-                break;
-            }
-            if slide > 24 {
+        let mut landed = None;
+        for _ in 0..MOST_SLIDES {
+            let Some(mut y) = self.correct(predicted, third, pair, allowed) else { return shorten(line!()) };
+            // A bent contour may leave through another side than its tangent.
+            let outside =
+                if leaving { self.off_side(side.unwrap_or(0), y) } else { self.region.excess(y) > 1e-12 * self.size };
+            if outside {
                 return shorten(line!());
             }
-            let Some(next) = self.slide(y, pair, foot.face) else {
-                return self.meet(y, pair, foot.face);
-            };
-            pair = next;
-            if left_part.is_some() {
-                // The exit was found with another facet: shorter steps meet it with this one.
-                if stride > 0.05 * self.size {
-                    return shorten(line!());
-                }
+            let exit = if self.region.may_leave_part { self.coping_exit(y, pair) } else { None };
+            if let Some((at, _)) = exit {
+                y = at;
             }
-            match self.correct(y, third, pair, allowed) {
-                Some(z) => y = z,
-                None => return shorten(line!()),
+            let (d, _) = distance_to(self.probe.field(), y, pair.left);
+            let foot = self.probe.nearest(y, pair.left);
+            if foot.face == pair.left || foot.face == pair.right || foot.distance >= d - self.tie {
+                landed = Some((y, exit.map(|e| e.1)));
+                break;
             }
-            if left_part.is_some() {
-                match self.settle_on_coping(y, pair) {
-                    Some((at, coping)) => {
-                        y = at;
-                        left_part = Some(coping);
-                    }
-                    None => return shorten(line!()),
-                }
+            match self.slide(y, pair, foot.face) {
+                Some(next) => pair = next,
+                None => return self.meet(y, pair, foot.face),
             }
         }
+        let Some((y, left_part)) = landed else { return shorten(line!()) };
         let (next_heading, _) = heading(self.probe, y, self.region.normal, pair);
         if left_part.is_none() && next_heading.dot(t) < 0.85 && stride > 1e-3 * self.size {
             return shorten(line!());
@@ -313,16 +293,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     }
 
     /// Where the way from the present point to `y` leaves the part.
-    fn coping_exit(&mut self, y: DVec3) -> Option<(DVec3, FaceId)> {
+    fn coping_exit(&mut self, y: DVec3, pair: Pair) -> Option<(DVec3, FaceId)> {
         let skip = if self.travelled == 0.0 { 1e-7 * self.size + 2.0 * self.tie } else { 0.0 };
         let (at, coping) = self.probe.coping_hit(self.x, y, skip)?;
-        self.settle(at, coping, self.pair).or(Some((at, coping)))
-    }
-
-    fn settle_on_coping(&mut self, near: DVec3, pair: Pair) -> Option<(DVec3, FaceId)> {
-        let reach = self.size;
-        let coping = self.probe.field().nearest_coping(near, reach)?.face;
-        self.settle(near, coping, pair)
+        self.settle(at, coping, pair).or(Some((at, coping)))
     }
 
     /// The point of the contour on the coping, starting from a guess.
@@ -421,7 +395,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         }
         if self.region.may_leave_part
             && ahead > self.tie
-            && let Some((exit, coping)) = self.coping_exit(at)
+            && let Some((exit, coping)) = self.coping_exit(at, pair)
             && exit.distance(self.x) < at.distance(self.x) + self.tie
             && exit.distance(at) > self.tie
         {
