@@ -134,8 +134,11 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         weld: args.weld,
     };
     let input = Input::read(&args.part, args.coping.as_deref(), options)?;
+    if !args.quiet {
+        progress.aside(|| print_warnings(&input.warnings));
+    }
     if args.verbose > 0 {
-        describe(&input);
+        progress.aside(|| describe(&input));
     }
     let settings = Settings {
         cell: args.cell,
@@ -149,7 +152,6 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     write(&args, &extraction.surface, &report)?;
     drop(progress);
     if !args.quiet {
-        print_warnings(&input.warnings);
         print_warnings(&extraction.warnings);
         for line in &extraction.summary {
             say(format_args!("{line}"));
@@ -253,6 +255,7 @@ fn report(args: &Args, input: &Input, settings: &Settings, extraction: &Extracti
         "input": {
             "part": input.file,
             "sha256": input.sha256,
+            "geometry": input.geometry,
             "coping": args.coping,
             "triangles": input.part.triangle_count(),
             "coping_triangles": input.part.coping_count(),

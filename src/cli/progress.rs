@@ -42,6 +42,11 @@ impl Progress {
         self.bar.set_message(name);
     }
 
+    /// Prints to stderr beside the bar.
+    pub(super) fn aside(&self, print: impl FnOnce()) {
+        self.bar.suspend(print);
+    }
+
     /// Some steps of the stage are done.
     #[expect(dead_code, reason = "for stages with a known number of steps")]
     pub(super) fn advance(&self, steps: u64) {

@@ -10,6 +10,9 @@ use crate::mesh::TriMesh;
 /// asked for triangles instead.
 const MOST_CORNERS: usize = 20_000;
 
+/// Full searches for ears before a polygon is given up; spirals need a few.
+const MOST_SEARCHES: usize = 64;
+
 /// Collects the facets of a file as triangles.
 #[derive(Default)]
 pub(crate) struct FacetSink {
@@ -221,18 +224,21 @@ fn clip_ears(ring: &[u32], flat: &[DVec2], out: &mut Vec<[u32; 3]>) -> bool {
         ears: Vec::new(),
     };
     clipper.ears = (0..ring.len()).map(|k| clipper.ear(k)).collect();
-    let mut simple = true;
+    let mut searches = 0;
     while clipper.left.len() > 3 {
         let mut best = clipper.best();
-        if best.is_none() {
+        if best.is_none() && searches < MOST_SEARCHES {
             // Clipping may have freed corners that held others before.
+            searches += 1;
             clipper.ears = (0..clipper.left.len()).map(|k| clipper.ear(k)).collect();
             best = clipper.best();
         }
-        let k = best.unwrap_or_else(|| {
-            simple = false;
-            0
-        });
+        let Some(k) = best else {
+            // No simple polygon: a fan over what is left keeps its boundary.
+            let rest: Vec<u32> = clipper.left.iter().map(|&corner| ring[corner]).collect();
+            out.extend((1..rest.len() - 1).map(|k| [rest[0], rest[k], rest[k + 1]]));
+            return false;
+        };
         out.push(clipper.around(k).map(|corner| ring[corner]));
         clipper.left.remove(k);
         clipper.ears.remove(k);
@@ -242,16 +248,16 @@ fn clip_ears(ring: &[u32], flat: &[DVec2], out: &mut Vec<[u32; 3]>) -> bool {
         }
     }
     let last = [clipper.left[0], clipper.left[1], clipper.left[2]];
-    simple &= {
-        let [a, b, c] = last.map(|corner| flat[corner]);
-        turn(a, b, c) > 0.0
-    };
     out.push(last.map(|corner| ring[corner]));
-    simple
+    // What is left may be flat, when corners lie in the middle of a side.
+    let [a, b, c] = last.map(|corner| flat[corner]);
+    turn(a, b, c) >= -1e-12 * (b - a).length() * (c - b).length()
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     fn check(outline: &[(f64, f64)], expected_simple: bool) -> Vec<[u32; 3]> {
@@ -343,5 +349,55 @@ mod tests {
         assert!(triangulate(&[0, 1, 2, 2], &positions, &mut out));
         assert!(triangulate(&[0, 1, 1, 0], &positions, &mut out));
         assert_eq!(out, [[0, 1, 2], [0, 1, 1]]);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Polygons that a point in their middle sees whole.
+        #[test]
+        fn star_shaped_polygons_are_covered_once(
+            radii in proptest::collection::vec(0.1..10.0f64, 3..40),
+            tilt in -3.0..3.0f64,
+        ) {
+            let count = radii.len() as f64;
+            let outline: Vec<(f64, f64)> = radii
+                .iter()
+                .enumerate()
+                .map(|(k, r)| {
+                    let angle = std::f64::consts::TAU * k as f64 / count;
+                    (r * angle.cos(), r * angle.sin())
+                })
+                .collect();
+            let positions: Vec<DVec3> = outline
+                .iter()
+                .map(|&(x, y)| DVec3::new(x, y, tilt * x - y))
+                .collect();
+            let corners: Vec<u32> = (0..radii.len() as u32).collect();
+            let mut triangles = Vec::new();
+            prop_assert!(triangulate(&corners, &positions, &mut triangles));
+            let next = outline.iter().cycle().skip(1);
+            let expected: f64 = outline
+                .iter()
+                .zip(next)
+                .map(|(&a, &b)| 0.5 * DVec2::from(a).perp_dot(DVec2::from(b)))
+                .sum();
+            let found = area(&triangles, &outline);
+            prop_assert!((found / expected - 1.0).abs() < 1e-9);
+        }
+
+        #[test]
+        fn no_polygon_panics(
+            corners in proptest::collection::vec(0..12u32, 4..30),
+            values in proptest::collection::vec(-2..3i32, 36),
+        ) {
+            let positions: Vec<DVec3> = values
+                .chunks_exact(3)
+                .map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into()))
+                .collect();
+            let mut triangles = Vec::new();
+            triangulate(&corners, &positions, &mut triangles);
+            prop_assert!(!triangles.is_empty());
+        }
     }
 }

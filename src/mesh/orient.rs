@@ -1,6 +1,7 @@
 //! Consistent and outward orientation.
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::edges::{DisjointSets, EdgeKind, EdgeUse, EdgeUses, kind};
 use super::error::{EdgeReport, PartError, PartWarning};
@@ -187,13 +188,12 @@ fn closed_shells(mesh: &TriMesh, uses: &EdgeUses) -> Vec<Shell> {
             continue;
         }
         // Within its own patch an edge must be run equally often both ways.
+        let mut balance: FxHashMap<u32, i64> = FxHashMap::default();
         for one in uses {
             let patch = label[one.face.index()];
-            let balance: i64 = uses
-                .iter()
-                .filter(|other| label[other.face.index()] == patch)
-                .map(|other| if other.forward { 1 } else { -1 })
-                .sum();
+            *balance.entry(patch).or_default() += if one.forward { 1 } else { -1 };
+        }
+        for (patch, balance) in balance {
             if balance != 0 {
                 closed[patch as usize] = false;
             }

@@ -12,6 +12,9 @@ use crate::mesh::{FaceId, TriMesh, weld_exact};
 /// or lose a right angle; 1e-12 is an angle of 1e-4 degrees near zero.
 const COSINE_NOISE: f64 = 1e-12;
 
+/// Triangles at one edge that a flood fill compares each with each.
+const MOST_PAIRED: usize = 16;
+
 /// A mesh with what selections need, made on first use.
 pub(super) struct Selector<'a> {
     loaded: &'a LoadedMesh,
@@ -258,11 +261,17 @@ fn neighbours(mesh: &TriMesh) -> Vec<Vec<FaceId>> {
     let welded = weld_exact(&mesh.positions).apply(mesh);
     let mut neighbours = vec![Vec::new(); mesh.triangles.len()];
     for uses in welded.edges().by_edge() {
-        for a in uses {
-            for b in uses {
-                if a.face != b.face {
-                    neighbours[a.face.index()].push(b.face);
-                }
+        for (k, a) in uses.iter().enumerate() {
+            // At edges of very many triangles a chain does, lest the pairs
+            // fill the memory.
+            let reach = if uses.len() > MOST_PAIRED {
+                1
+            } else {
+                uses.len()
+            };
+            for b in uses.iter().skip(k + 1).take(reach) {
+                neighbours[a.face.index()].push(b.face);
+                neighbours[b.face.index()].push(a.face);
             }
         }
     }

@@ -204,6 +204,16 @@ fn stl_text_may_hold_several_solids_in_any_case() {
     }
 }
 
+/// The header with line ends as DOS has them, the body as it is.
+fn crlf_header(bytes: Vec<u8>) -> Vec<u8> {
+    let end = b"end_header\n";
+    let at = bytes.windows(end.len()).position(|w| w == end).unwrap() + end.len();
+    let header = String::from_utf8(bytes[..at].to_vec()).unwrap();
+    let mut whole = header.replace('\n', "\r\n").into_bytes();
+    whole.extend(&bytes[at..]);
+    whole
+}
+
 #[test]
 fn ply_of_every_encoding_gives_the_same() {
     let mesh = small_box();
@@ -214,6 +224,7 @@ fn ply_of_every_encoding_gives_the_same() {
         ply_text(&mesh).replace(" 0.", " .").into_bytes(),
         ply_text(&mesh).replace("-1 ", "-1. ").into_bytes(),
         ply_binary(&mesh, false, false),
+        crlf_header(ply_binary(&mesh, false, false)),
         ply_binary(&mesh, false, true),
         ply_binary(&mesh, true, false),
         ply_binary(&mesh, true, true),
