@@ -264,13 +264,13 @@ impl Work<'_, '_> {
             })
             .collect();
         if slots.len() != end.sheets.len() {
-            self.out.open.push(end.at);
+            self.note(line!(), end.at);
             return;
         }
         let mut carried = walls;
         let stop = seam::follow(self.probe, self.cage, end.at, &mut carried, towards);
         let line = if end.sheets.len() == 1 { Line::FadingBorder } else { Line::Seam };
-        let arrived = match stop {
+        let arrived = match stop.clone() {
             CurveStop::Face { face, at } => match self.end_near(from, at, Some(face), false) {
                 Some(k) => Some(k),
                 None => {
@@ -298,12 +298,14 @@ impl Work<'_, '_> {
                 self.ray_near(from, at, back)
             }
             CurveStop::Lost { at } => {
-                self.out.open.push(at);
+                self.note(line!(), at);
                 return;
             }
         };
         let Some(to) = arrived else {
-            self.out.open.push(end.at);
+            if std::env::var("DBG6").is_ok() { eprintln!("NOARRIVE from {end:?} carried {carried:?} stop {stop:?} ends {:#?} places {:?}", self.ends.iter().map(|e| (e.vertex, e.at, e.done, e.sheets.len())).collect::<Vec<_>>(), self.places);
+              if let CurveStop::Junction{at, distance} = stop { eprintln!("STAR {:?}", star(self.probe, at, distance)); for f in self.probe.feet.iter() { eprintln!("   {f:?}"); } } }
+            self.note(line!(), end.at);
             return;
         };
         self.ends[to].done = true;
@@ -332,11 +334,11 @@ impl Work<'_, '_> {
                         line,
                     });
                 }
-                _ => self.out.open.push(x),
+                _ => self.note(line!(), x),
             }
         }
         if taken.iter().any(|t| !t) {
-            self.out.open.push(x);
+            self.note(line!(), x);
         }
     }
 
@@ -360,12 +362,12 @@ impl Work<'_, '_> {
                 self.border_end_near(from, fan.at, back)
             }
             BorderStop::Lost { at } => {
-                self.out.open.push(at);
+                self.note(line!(), at);
                 return;
             }
         };
         let Some(to) = arrived else {
-            self.out.open.push(end.at);
+            self.note(line!(), end.at);
             return;
         };
         self.ends[to].done = true;
@@ -582,7 +584,7 @@ impl Work<'_, '_> {
             } else {
                 let s = &self.strands[strand];
                 let v = s.vertices[1 - side];
-                self.out.open.push(self.position(v));
+                let at = self.position(v); self.note(line!(), at);
             }
         }
     }
@@ -632,6 +634,8 @@ impl Work<'_, '_> {
         };
         (0..4).map(|f| (on(f) as u8) << f).sum()
     }
+
+    fn note(&mut self, line: u32, at: DVec3) { if std::env::var("DBG4").is_ok() { eprintln!("open line {line} at {at}"); } self.out.open.push(at); }
 
     fn position(&self, vertex: VertexKey) -> DVec3 {
         match vertex {

@@ -21,11 +21,14 @@ use crate::mesh::{FaceId, Part};
 /// that narrows to a sharper edge is a tapered wall, and its sheet is wanted.
 pub const MAX_FIN_ANGLE: f64 = 135.0;
 
-/// Path against chord below which two footpoints lie round one convex edge,
-/// where the object angle alone asks for less: the corner of a hole rim seen
-/// from the depth of the wall (ratio 1.41). The way round the end of a web as
-/// high as it is thick has ratio 3.
-const SHORT_WAY: f64 = 1.5;
+/// Path against chord below which two footpoints lie round one corner whatever
+/// the object angle: the corner of the rim where a rib ends, seen from inside
+/// the plate, has ratio 1.41. The way round the whole end of that rib, between
+/// the footpoints of its own sheet, has ratio 2.
+const SHORT_WAY: f64 = 1.65;
+
+/// Slack for a path found by crossing edges one at a time.
+const PATH_SLACK: f64 = 1.1;
 
 /// Path against chord of a footpoint that slides along one smooth wall.
 const SLIDE_WAY: f64 = 1.1;
@@ -146,8 +149,29 @@ impl<'a> Walls<'a> {
         if self.separation.keep_fins_from.is_some_and(|least| angle >= least) {
             return true;
         }
-        let ratio = (0.5 * angle).to_radians().cos().recip().max(SHORT_WAY);
-        !self.joined(a, b, 1.02 * ratio * chord)
+        if self.joined(a, b, SHORT_WAY * chord) {
+            return false;
+        }
+        // A convex edge or round lies within the two tangent planes: the ball,
+        // shrinking into it, meets wall before their apex, and the way over the
+        // wall is no longer than that over the apex.
+        let apex = (0.5 * angle).to_radians().cos().recip();
+        if PATH_SLACK * apex <= SHORT_WAY {
+            return true;
+        }
+        let inward = ((a.point - x).normalize_or_zero() + (b.point - x).normalize_or_zero()).normalize_or_zero();
+        let reach = a.distance.max(b.distance) * apex * 1.001;
+        !(self.wall_ahead(x, x + reach * inward) && self.joined(a, b, PATH_SLACK * apex * chord))
+    }
+
+    /// Whether the first triangle on the way is wall.
+    fn wall_ahead(&self, from: DVec3, to: DVec3) -> bool {
+        let mut hits = Vec::new();
+        self.field.hits(from, to, &mut hits);
+        hits.first().is_some_and(|first| {
+            // At an edge between wall and coping both are hit.
+            hits.iter().take_while(|h| h.t <= first.t + 1e-9).all(|h| !self.field.is_coping(h.face))
+        })
     }
 
     /// Whether a footpoint may slide from `a` to `b` along one smooth wall.
@@ -159,33 +183,36 @@ impl<'a> Walls<'a> {
         chord <= 4.0 * self.tolerances.tie || self.joined(a, b, SLIDE_WAY * chord)
     }
 
-    /// Whether wall triangles lead from `a` to `b` over edges that a path of
-    /// at most `length` can cross. Best first, so a path that is there is
-    /// found after about as many triangles as it crosses.
+    /// Whether a path over wall triangles of at most `length` leads from `a`
+    /// to `b`. Best first (A*), each edge crossed where the way over it would
+    /// be straight, so that the length is that of a path, if not of the
+    /// shortest one.
     fn joined(&self, a: &Footpoint, b: &Footpoint, length: f64) -> bool {
         let mut seen: FxHashSet<FaceId> = FxHashSet::default();
-        let mut open: BinaryHeap<(Reverse<OrderedDistance>, FaceId)> = BinaryHeap::new();
-        seen.insert(a.face);
-        open.push((Reverse(OrderedDistance(0.0)), a.face));
-        while let Some((_, face)) = open.pop() {
+        let mut open: BinaryHeap<(Reverse<Way>, FaceId)> = BinaryHeap::new();
+        open.push((Reverse(Way { total: 0.0, walked: 0.0, at: a.point }), a.face));
+        while let Some((Reverse(way), face)) = open.pop() {
+            if face == b.face {
+                return true;
+            }
+            if !seen.insert(face) {
+                continue;
+            }
+            if seen.len() > PATH_BUDGET {
+                return false;
+            }
             let corners = self.field.corners(face);
             for k in 0..3 {
                 let Some(next) = self.neighbours[face.index()][k] else { continue };
                 if self.field.is_coping(next) || seen.contains(&next) {
                     continue;
                 }
-                let way = shortest_way(a.point, b.point, corners[k], corners[(k + 1) % 3]);
-                if way > length {
-                    continue;
+                let at = straight_crossing(way.at, b.point, corners[k], corners[(k + 1) % 3]);
+                let walked = way.walked + way.at.distance(at);
+                let total = walked + at.distance(b.point);
+                if total <= length {
+                    open.push((Reverse(Way { total, walked, at }), next));
                 }
-                if next == b.face {
-                    return true;
-                }
-                seen.insert(next);
-                if seen.len() > PATH_BUDGET {
-                    return false;
-                }
-                open.push((Reverse(OrderedDistance(way)), next));
             }
         }
         false
@@ -198,8 +225,8 @@ pub fn object_angle(x: DVec3, a: &Footpoint, b: &Footpoint) -> f64 {
     u.cross(v).length().atan2(u.dot(v)).to_degrees()
 }
 
-/// Length of the shortest way from `a` to `b` over a point of the segment `p q`.
-fn shortest_way(a: DVec3, b: DVec3, p: DVec3, q: DVec3) -> f64 {
+/// Where the segment `p q` is crossed by the shortest way from `a` to `b` over it.
+fn straight_crossing(a: DVec3, b: DVec3, p: DVec3, q: DVec3) -> DVec3 {
     let along = (q - p).normalize_or_zero();
     let length = (q - p).length();
     let (sa, sb) = ((a - p).dot(along), (b - p).dot(along));
@@ -207,23 +234,33 @@ fn shortest_way(a: DVec3, b: DVec3, p: DVec3, q: DVec3) -> f64 {
     let rb = (b - p - sb * along).length();
     // Unfolded into one plane the way is straight and crosses the edge here.
     let s = if ra + rb > 0.0 { (sa * rb + sb * ra) / (ra + rb) } else { 0.5 * (sa + sb) };
-    let m = p + s.clamp(0.0, length) * along;
-    a.distance(m) + m.distance(b)
+    p + s.clamp(0.0, length) * along
 }
 
-#[derive(Clone, Copy, PartialEq)]
-struct OrderedDistance(f64);
+/// A way walked so far, ordered by what it comes to at least.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    total: f64,
+    walked: f64,
+    at: DVec3,
+}
 
-impl Eq for OrderedDistance {}
+impl PartialEq for Way {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
 
-impl PartialOrd for OrderedDistance {
+impl Eq for Way {}
+
+impl PartialOrd for Way {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for OrderedDistance {
+impl Ord for Way {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
+        self.total.total_cmp(&other.total)
     }
 }

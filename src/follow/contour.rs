@@ -4,7 +4,7 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::fan::{Fan, fan};
+use super::fan::{Fan, fan, one_place};
 use super::solve::{Condition, distance_to, solve};
 use super::{Pair, Probe};
 use crate::mesh::FaceId;
@@ -204,14 +204,17 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             _ => (self.x + length * t, Condition::plane(t, self.x + length * t)),
         };
         let stride = predicted.distance(self.x);
-        let allowed = 0.3 * stride + 4.0 * self.tie;
+        // A tie in distance is a wider gap where the sheet runs nearly along the plane.
+        let allowed = 0.3 * stride + 8.0 * self.tie / slope.min(1.0);
         // Facets of a smooth wall take each other's place until the pair is the
         // one that is nearest at the far end of the step.
         const MOST_SLIDES: usize = 24;
         let mut pair = self.pair;
         let mut landed = None;
         for _ in 0..MOST_SLIDES {
-            let Some(mut y) = self.correct(predicted, third, pair, allowed) else { return shorten(line!()) };
+            let Some(mut y) = self.correct(predicted, third, pair, allowed) else {
+                if DBG.with(|d| d.get()) { eprintln!("x {} pred {predicted} stride {stride} pair {pair:?} self {:?} far {:?} feet {:?} {:?} L {:?} R {:?}", self.x, self.pair, self.correct(predicted, third, pair, 10.0*self.size), self.probe.field().footpoint_on(predicted, pair.left), self.probe.field().footpoint_on(predicted, pair.right), self.probe.field().corners(pair.left), self.probe.field().corners(pair.right)); }
+                return shorten(line!()) };
             // A bent contour may leave through another side than its tangent.
             let outside =
                 if leaving { self.off_side(side.unwrap_or(0), y) } else { self.region.excess(y) > 1e-12 * self.size };
@@ -224,13 +227,19 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
             let (d, _) = distance_to(self.probe.field(), y, pair.left);
             let foot = self.probe.nearest(y, pair.left);
-            if foot.face == pair.left || foot.face == pair.right || foot.distance >= d - self.tie {
+            let mut clear = foot.face == pair.left || foot.face == pair.right || foot.distance >= d - self.tolerance;
+            if !clear {
+                // A facet of the same wall counts to rounding, so that all who
+                // come here agree; another wall only beyond a tie.
+                match self.slide(y, pair, foot.face) {
+                    Some(next) => pair = next,
+                    None if foot.distance >= d - self.tie => clear = true,
+                    None => return self.meet(y, pair, foot.face),
+                }
+            }
+            if clear {
                 landed = Some((y, exit.map(|e| e.1)));
                 break;
-            }
-            match self.slide(y, pair, foot.face) {
-                Some(next) => pair = next,
-                None => return self.meet(y, pair, foot.face),
             }
         }
         let Some((y, left_part)) = landed else { return shorten(line!()) };
@@ -353,8 +362,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     /// `pair` with `wall` in the place of a triangle that it shares its footpoint with.
     fn prefer(&self, at: DVec3, pair: Pair, wall: FaceId) -> Pair {
         let field = self.probe.field();
-        let point = field.footpoint_on(at, wall).point;
-        let same = |f: FaceId| field.footpoint_on(at, f).point.distance(point) <= 8.0 * self.tie;
+        let foot = field.footpoint_on(at, wall);
+        let near = one_place(foot.distance, self.tie);
+        let same = |f: FaceId| field.footpoint_on(at, f).point.distance(foot.point) <= near;
         Pair {
             left: if same(pair.left) { wall } else { pair.left },
             right: if same(pair.right) { wall } else { pair.right },

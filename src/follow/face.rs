@@ -201,6 +201,7 @@ impl Work<'_> {
     fn walk(&mut self, probe: &mut Probe, from: ArcEnd, at: DVec3, pair: Pair) {
         self.mark(from);
         let stop = contour::follow(probe, self.region, at, pair);
+        let dbg = format!("{stop:?}");
         let to = match stop {
             Stop::Side { side, at, pair } => self.arrive_on_side(probe, side, at, pair),
             Stop::Node { fan, arrived } => {
@@ -232,7 +233,7 @@ impl Work<'_> {
                 self.mark(to);
                 self.out.arcs.push(FaceArc { ends: [from, to] });
             }
-            None => self.out.lost.push(at),
+            None => { if std::env::var("DBG5").is_ok() { eprintln!("CONFLICT from {from:?} {at} pair {pair:?} stop {dbg} region {:?} sides {:?} nodes {:?} arcs {:?}", self.region.corners, self.sides, self.out.nodes, self.out.arcs); } self.out.lost.push(at) }
         }
     }
 

@@ -36,6 +36,11 @@ pub struct Fan {
     pub walls: SmallVec<[FaceId; 6]>,
 }
 
+/// Footpoints closer than this, seen from a point at `distance`, are one.
+pub fn one_place(distance: f64, tie: f64) -> f64 {
+    8.0 * tie + 3.0 * (distance * tie).sqrt()
+}
+
 /// Gathers the tied footpoints of `at` into `probe.feet`, one a place.
 fn tied_feet(probe: &mut Probe, at: DVec3, distance: f64) -> SmallVec<[(FaceId, DVec3); 8]> {
     let tie = probe.walls().tolerances().tie;
@@ -44,11 +49,14 @@ fn tied_feet(probe: &mut Probe, at: DVec3, distance: f64) -> SmallVec<[(FaceId, 
     probe.field().footpoints_within(at, distance + tie, &mut feet);
     let mut kept: SmallVec<[(FaceId, DVec3); 8]> = SmallVec::new();
     let mut points: SmallVec<[DVec3; 8]> = SmallVec::new();
-    // Neighbours share a footpoint on their common edge. One is enough, but
-    // the nearest of them first, so that rounding does not choose.
+    // Neighbours share a footpoint on their common edge, and a triangle beside
+    // the footpoint is off by the square of its gap only: points at distance
+    // `s` from a footpoint tie within `s * s / 2 d`. One footpoint is enough:
+    // the nearest, so that rounding does not choose.
+    let near = one_place(distance, tie);
     feet.sort_by(|a: &Footpoint, b| a.distance.total_cmp(&b.distance).then(a.face.cmp(&b.face)));
     for foot in &feet {
-        if points.iter().all(|p| p.distance(foot.point) > 8.0 * tie) {
+        if points.iter().all(|p| p.distance(foot.point) > near) {
             points.push(foot.point);
             kept.push((foot.face, (at - foot.point).normalize_or_zero()));
         }

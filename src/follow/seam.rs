@@ -12,6 +12,7 @@ use smallvec::SmallVec;
 
 use super::Probe;
 use super::contour::CREASE_ANGLE;
+use super::fan::one_place;
 use super::solve::{Condition, distance_to, solve};
 use crate::mesh::FaceId;
 
@@ -126,9 +127,17 @@ pub fn direction(probe: &Probe, x: DVec3, walls: &[FaceId], towards: DVec3) -> O
     Some(if t.dot(towards) < 0.0 { -t } else { t })
 }
 
+/// debug
+pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, towards: DVec3) -> CurveStop {
+    let w0 = walls.clone();
+    let r = follow2(probe, cage, start, walls, towards);
+    if let CurveStop::Lost{at} = r && std::env::var("DBG3").is_ok() { eprintln!("SEAM LOST at {at} from {start} walls {w0:?} towards {towards}"); super::contour::DBG.with(|d| d.set(true)); for f in &w0 { eprintln!("   {:?} {:?}", probe.field().footpoint_on(start, *f), probe.field().footpoint_on(at, *f)); } let mut w = w0; follow2(probe, cage, start, &mut w, towards);super::contour::DBG.with(|d| d.set(false)); }
+    r
+}
+
 /// Follows the curve on which `walls` tie from `start` towards `towards`.
 /// `walls` are those at the end when it returns.
-pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, towards: DVec3) -> CurveStop {
+pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, towards: DVec3) -> CurveStop {
     const MOST_STEPS: usize = 1000;
     let tolerances = probe.walls().tolerances();
     let (tie, tolerance) = (tolerances.tie, tolerances.solve);
@@ -167,12 +176,12 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
         let reach = 0.3 * stride + 4.0 * tie;
         let ties = [Condition::Tie(triple[0], triple[1]), Condition::Tie(triple[0], triple[2])];
         let Some(mut y) = solve(probe.field(), [ties[0], ties[1], third], predicted, reach, tolerance) else {
-            length = stride * 0.4;
+            length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
             continue;
         };
         let slack = if leaving { 1e-9 } else { 1e-12 };
         if cage.excess(y, if leaving { exit.0 } else { usize::MAX }) > slack * size {
-            length = stride * 0.4;
+            length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
             continue;
         }
         let mut left_part = None;
@@ -180,7 +189,7 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
             let skip = if first { 1e-7 * size + 2.0 * tie } else { 0.0 };
             if let Some((hit, coping)) = probe.coping_hit(x, y, skip) {
                 let Some((at, coping)) = settle(probe, ties, hit, coping, 0.5 * size, tolerance) else {
-                    length = stride * 0.4;
+                    length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
                     continue;
                 };
                 y = at;
@@ -192,13 +201,13 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
         for _ in 0..64 {
             let (d, _) = distance_to(probe.field(), y, triple[0]);
             let foot = probe.nearest(y, triple[0]);
-            if foot.distance >= d - tie {
+            if carried.contains(&foot.face) || foot.distance >= d - tolerance {
                 break;
             }
             if let Some(k) = slides_for(probe, y, &carried, foot.face) {
                 carried[k] = foot.face;
                 let Some((_, triple)) = tangent(probe, y, &carried) else {
-                    length = stride * 0.4;
+                    length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
                     continue 'step;
                 };
                 let ties = [Condition::Tie(triple[0], triple[1]), Condition::Tie(triple[0], triple[2])];
@@ -209,11 +218,19 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
                 match solve(probe.field(), [ties[0], ties[1], third], y, reach, tolerance) {
                     Some(z) => y = z,
                     None => {
-                        length = stride * 0.4;
+                        length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
                         continue 'step;
                     }
                 }
                 continue;
+            }
+            if foot.distance >= d - tie {
+                break;
+            }
+            // Over a long step a footpoint slides far and looks like a jump.
+            if stride > 0.25 * d {
+                length = stride * 0.4;
+                continue 'step;
             }
             match junction(probe, x, y, triple, foot.face, tie, tolerance) {
                 Some((at, distance))
@@ -222,7 +239,7 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
                     return CurveStop::Junction { at, distance };
                 }
                 _ => {
-                    length = stride * 0.4;
+                    length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
                     continue 'step;
                 }
             }
@@ -230,9 +247,11 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
         // Walls that tied at the start but do no more: the seam splits.
         let (d, _) = distance_to(probe.field(), y, triple[0]);
         for k in 0..carried.len() {
-            refresh(probe, y, &mut carried, k);
             if (distance_to(probe.field(), y, carried[k]).0 - d).abs() > 8.0 * tie {
-                length = stride * 0.4;
+                refresh(probe, y, d, &mut carried, k);
+            }
+            if (distance_to(probe.field(), y, carried[k]).0 - d).abs() > 8.0 * tie {
+                length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
                 continue 'step;
             }
         }
@@ -251,21 +270,20 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
     CurveStop::Lost { at: x }
 }
 
-/// Lets wall `k` slide to the neighbour that is nearer now.
-fn refresh(probe: &Probe, y: DVec3, walls: &mut Walls, k: usize) {
-    let field = probe.field();
-    for _ in 0..64 {
-        let here = field.footpoint_on(y, walls[k]);
-        let next = (0..3)
-            .filter_map(|e| probe.walls().neighbour(walls[k], e))
-            .filter(|&f| !field.is_coping(f))
-            .map(|f| field.footpoint_on(y, f))
-            .min_by(|a, b| a.distance.total_cmp(&b.distance).then(a.face.cmp(&b.face)));
-        match next {
-            Some(foot) if foot.distance < here.distance * (1.0 - 1e-12) => walls[k] = foot.face,
-            _ => return,
-        }
+/// Lets wall `k`, no longer tied at `y`, slide to the tied wall that continues it.
+fn refresh(probe: &mut Probe, y: DVec3, distance: f64, walls: &mut Walls, k: usize) {
+    let was = probe.field().footpoint_on(y, walls[k]);
+    let mut feet = std::mem::take(&mut probe.feet);
+    feet.clear();
+    probe.field().footpoints_within(y, distance + probe.walls().tolerances().tie, &mut feet);
+    let next = feet
+        .iter()
+        .filter(|f| !walls.contains(&f.face) && probe.walls().slides(&was, f))
+        .min_by(|a, b| a.point.distance(was.point).total_cmp(&b.point.distance(was.point)));
+    if let Some(foot) = next {
+        walls[k] = foot.face;
     }
+    probe.feet = feet;
 }
 
 /// Which of the walls the nearer triangle continues, if any.
