@@ -10,7 +10,7 @@ use crate::assembly::tet::{InnerKind, Line, TetSurface, VertexKey, solve_tet};
 use crate::field::thickness::{maximal_ball, spread};
 use crate::field::walls::Walls;
 use crate::follow::Probe;
-use crate::follow::contour::Region;
+use crate::follow::contour::{Barrier, Region};
 use crate::follow::face::{FaceContours, FaceNodeKind, FaceSeed, solve_face};
 use crate::follow::seam::Cage;
 use crate::lattice::{EdgeKey, FaceKey, Lattice, NodeKey, TetKey};
@@ -209,7 +209,7 @@ impl<'a> Tracer<'a> {
         let corners: SmallVec<[DVec3; 8]> = face.nodes().iter().map(|&n| self.lattice.position(n)).collect();
         let middle = corners.iter().sum::<DVec3>() / 3.0;
         let coping = probe.field().nearest_coping(middle, 1.2 * self.lattice.cell()).is_some();
-        match Region::new(corners, coping) {
+        match Region::new(corners, if coping { Barrier::Coping } else { Barrier::None }) {
             Some(region) => solve_face(probe, &region, sides, [true, true, false], seeds),
             None => FaceContours::default(),
         }

@@ -36,6 +36,54 @@ const SLIDE_WAY: f64 = 1.1;
 /// Triangles looked at before a path counts as long.
 const PATH_BUDGET: usize = 4096;
 
+/// Coping triangles joined to flat patches, so that a border that runs along
+/// an edge inside a flat end face, or through a corner, meets nothing there.
+struct Patches {
+    of: Vec<Option<u32>>,
+    outlines: Vec<Vec<(FaceId, usize)>>,
+}
+
+impl Patches {
+    fn new(field: &Field, neighbours: &[[Option<FaceId>; 3]]) -> Patches {
+        /// Sine of the angle below which two triangles are in one plane.
+        const FLAT: f64 = 1e-6;
+        let count = field.face_count();
+        let mut patches = Patches { of: vec![None; count], outlines: Vec::new() };
+        for seed in (0..count as u32).map(FaceId) {
+            if !field.is_coping(seed) || patches.of[seed.index()].is_some() {
+                continue;
+            }
+            let number = patches.outlines.len() as u32;
+            // Every triangle is held against the first one, so that a curved
+            // rim of many flat steps does not become one patch.
+            let normal = field.normal(seed);
+            let mut outline = Vec::new();
+            let mut open = vec![seed];
+            patches.of[seed.index()] = Some(number);
+            while let Some(face) = open.pop() {
+                for k in 0..3 {
+                    let next = neighbours[face.index()][k].filter(|&n| {
+                        field.is_coping(n)
+                            && field.normal(n).dot(normal) > 0.0
+                            && field.normal(n).cross(normal).length() < FLAT
+                    });
+                    match next {
+                        Some(n) if patches.of[n.index()] == Some(number) => {}
+                        Some(n) if patches.of[n.index()].is_none() => {
+                            patches.of[n.index()] = Some(number);
+                            open.push(n);
+                        }
+                        _ => outline.push((face, k)),
+                    }
+                }
+            }
+            outline.sort_unstable();
+            patches.outlines.push(outline);
+        }
+        patches
+    }
+}
+
 /// What counts as a separate pair of footpoints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Separation {
@@ -60,6 +108,10 @@ pub struct Walls<'a> {
     field: &'a Field,
     neighbours: Vec<[Option<FaceId>; 3]>,
     indices: Vec<[u32; 3]>,
+    /// Wall triangles at each vertex: `around[first[v]..first[v + 1]]`.
+    first: Vec<u32>,
+    around: Vec<FaceId>,
+    patches: Patches,
     separation: Separation,
     tolerances: Tolerances,
 }
@@ -86,8 +138,27 @@ impl<'a> Walls<'a> {
         }
         let (low, high) = field.bounds();
         let size = (high - low).length();
+        let vertices = part.mesh().positions.len();
+        let wall_corners = || {
+            let walls = (0..triangles.len() as u32).map(FaceId).filter(|&f| !field.is_coping(f));
+            walls.flat_map(|f| triangles[f.index()].map(|v| (v as usize, f)))
+        };
+        let mut first = vec![0u32; vertices + 1];
+        wall_corners().for_each(|(v, _)| first[v + 1] += 1);
+        for v in 0..vertices {
+            first[v + 1] += first[v];
+        }
+        let mut around = vec![FaceId(0); first[vertices] as usize];
+        let mut next = first.clone();
+        for (v, f) in wall_corners() {
+            around[next[v] as usize] = f;
+            next[v] += 1;
+        }
         Walls {
             field,
+            first,
+            around,
+            patches: Patches::new(field, &neighbours),
             neighbours,
             indices: triangles.clone(),
             separation,
@@ -108,6 +179,47 @@ impl<'a> Walls<'a> {
     /// The triangle across edge `k` (from corner `k` to `k + 1`).
     pub fn neighbour(&self, face: FaceId, k: usize) -> Option<FaceId> {
         self.neighbours[face.index()][k]
+    }
+
+    /// The outline of the flat patch that a coping triangle belongs to: its
+    /// edges, each as a triangle of the patch and the edge's number there.
+    pub fn outline(&self, coping: FaceId) -> &[(FaceId, usize)] {
+        match self.patches.of[coping.index()] {
+            Some(patch) => &self.patches.outlines[patch as usize],
+            None => &[],
+        }
+    }
+
+    /// The triangle that holds the footpoint of `x` on the wall that `face` is
+    /// part of: descends from triangle to triangle round their corners, over
+    /// reflex edges and bends of at most `crease` degrees, never over a
+    /// sharper convex edge, where the footpoint would jump.
+    pub fn settle(&self, x: DVec3, face: FaceId, crease: f64) -> FaceId {
+        const MOST: usize = 256;
+        let cosine = crease.to_radians().cos();
+        let mut here = self.field.footpoint_on(x, face);
+        for _ in 0..MOST {
+            let away = (x - here.point).normalize_or_zero();
+            let mut best = here;
+            for v in self.indices[here.face.index()] {
+                let (from, to) = (self.first[v as usize], self.first[v as usize + 1]);
+                for &next in &self.around[from as usize..to as usize] {
+                    let foot = self.field.footpoint_on(x, next);
+                    let nearer = foot.distance < best.distance * (1.0 - 1e-14);
+                    if nearer
+                        && ((x - foot.point).normalize_or_zero().dot(away) >= cosine
+                            || self.smooth_neighbours(here.face, next, crease))
+                    {
+                        best = foot;
+                    }
+                }
+            }
+            if best.face == here.face {
+                break;
+            }
+            here = best;
+        }
+        here.face
     }
 
     /// Whether two triangles share a corner.

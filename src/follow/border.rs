@@ -9,7 +9,7 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::contour::{self, Region, Stop};
+use super::contour::{self, Barrier, Exit, Fence, Region, Stop};
 use super::fan::Fan;
 use super::seam::Cage;
 use super::{Pair, Probe};
@@ -67,31 +67,27 @@ pub fn follow(
     let mut kinks: Vec<Kink> = Vec::new();
     let (mut x, mut pair, mut coping) = (start, pair, coping);
     for _ in 0..MOST_FACETS {
-        let field = probe.field();
-        let (corners, tags) = clip(field.corners(coping), cage);
-        let region = Region::new(corners, false).filter(|r| r.normal.dot(field.normal(coping)) > 0.0);
-        let Some(region) = region else { return (BorderStop::Lost { at: x }, kinks) };
+        let Some((region, faces)) = patch_region(probe, cage, coping) else {
+            return (BorderStop::Lost { at: x }, kinks);
+        };
         match contour::follow(probe, &region, x, pair) {
-            Stop::Side { side, at, pair: arrived } => match tags[side] {
-                Tag::Face(face) => {
-                    return (BorderStop::Face { face, at, pair: arrived, coping }, kinks);
-                }
-                Tag::Edge(k) => {
-                    let next = probe.walls().neighbour(coping, k).filter(|&f| probe.field().is_coping(f));
-                    let Some(next) = next else { return (BorderStop::Lost { at }, kinks) };
-                    let field = probe.field();
-                    if field.normal(coping).dot(field.normal(next)) < 1.0 - 1e-12 {
-                        kinks.push(Kink { at, pair: arrived });
-                    }
-                    let c = field.corners(coping);
-                    let (p, q) = (c[k], c[(k + 1) % 3]);
-                    // The neighbour runs the edge the other way; its inside lies left of that.
-                    let into = field.normal(next).cross(p - q);
-                    pair = contour::aim(probe, at, field.normal(next), arrived, into);
-                    x = at;
-                    coping = next;
-                }
-            },
+            Stop::Side { side, at, pair: arrived } => {
+                return (BorderStop::Face { face: faces[side], at, pair: arrived, coping }, kinks);
+            }
+            Stop::Leaves { at, pair: arrived, exit } => {
+                let (Exit::Fence(k), Barrier::Fences(fences)) = (exit, &region.barrier) else {
+                    return (BorderStop::Lost { at }, kinks);
+                };
+                let fence = fences[k];
+                let next = probe.walls().neighbour(fence.face, fence.edge).filter(|&f| probe.field().is_coping(f));
+                let Some(next) = next else { if std::env::var("DBG7").is_ok() { eprintln!("BWALL at {at} {arrived:?} fence {fence:?} wall");} return (BorderStop::Lost { at }, kinks) };
+                let normal = probe.field().normal(next);
+                kinks.push(Kink { at, pair: arrived });
+                // The neighbour runs the edge the other way; its inside lies left of that.
+                pair = contour::aim(probe, at, normal, arrived, normal.cross(fence.from - fence.to));
+                x = at;
+                coping = next;
+            }
             Stop::Node { fan, arrived } => {
                 if fan.spokes.len() == 2 {
                     let on = fan.spokes[1 - arrived];
@@ -102,7 +98,7 @@ pub fn follow(
                 }
                 return (BorderStop::Node { fan, arrived, coping }, kinks);
             }
-            Stop::Leaves { at, .. } | Stop::Fades { at, .. } | Stop::Lost { at } => {
+            Stop::Fades { at, .. } | Stop::Lost { at } => { if std::env::var("DBG7").is_ok() { eprintln!("BFADE at {at} {pair:?} feet {:?} {:?} start {start} x {x} coping {coping:?}", probe.field().footpoint_on(at, pair.left), probe.field().footpoint_on(at, pair.right));}
                 return (BorderStop::Lost { at }, kinks);
             }
         }
@@ -110,20 +106,40 @@ pub fn follow(
     (BorderStop::Lost { at: x }, kinks)
 }
 
-/// What a side of a clipped coping triangle lies on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Tag {
-    /// Edge `k` of the triangle.
-    Edge(usize),
-    /// Face of the tetrahedron.
-    Face(usize),
+/// The plane of a coping triangle inside a tetrahedron, fenced by the outline
+/// of its flat patch; with the tetrahedron's face under each side.
+fn patch_region(probe: &Probe, cage: &Cage, coping: FaceId) -> Option<(Region, SmallVec<[usize; 8]>)> {
+    let field = probe.field();
+    let normal = field.normal(coping);
+    let origin = field.corners(coping)[0];
+    let (low, high) = cage.bounds();
+    let fences = probe
+        .walls()
+        .outline(coping)
+        .iter()
+        .filter_map(|&(face, edge)| {
+            let c = field.corners(face);
+            let (from, to) = (c[edge], c[(edge + 1) % 3]);
+            let near = from.min(to).cmple(high).all() && from.max(to).cmpge(low).all();
+            near.then_some(Fence { from, to, face, edge })
+        })
+        .collect();
+    let (corners, faces) = section(cage, normal, origin);
+    let region = Region::new(corners, Barrier::Fences(fences))?;
+    Some((region, faces))
 }
 
-/// The part of a triangle inside a tetrahedron, with what each side lies on
-/// (Sutherland and Hodgman's clipping).
-fn clip(corners: [DVec3; 3], cage: &Cage) -> (SmallVec<[DVec3; 8]>, SmallVec<[Tag; 8]>) {
-    let mut points: SmallVec<[DVec3; 8]> = corners.into_iter().collect();
-    let mut tags: SmallVec<[Tag; 8]> = (0..3).map(Tag::Edge).collect();
+/// The section of a tetrahedron with a plane, counter-clockwise round its
+/// normal, and the face under each side.
+fn section(cage: &Cage, normal: DVec3, origin: DVec3) -> (SmallVec<[DVec3; 8]>, SmallVec<[usize; 8]>) {
+    // A square that holds the section, cut down by the four faces.
+    let (ex, ey) = normal.any_orthonormal_pair();
+    let middle = 0.25 * cage.corners.iter().sum::<DVec3>();
+    let centre = middle - normal * normal.dot(middle - origin);
+    let r = 2.0 * cage.size();
+    let mut points: SmallVec<[DVec3; 8]> =
+        SmallVec::from_slice(&[centre - r * (ex + ey), centre + r * (ex - ey), centre + r * (ex + ey), centre - r * (ex - ey)]);
+    let mut tags: SmallVec<[usize; 8]> = SmallVec::from_slice(&[usize::MAX; 4]);
     for i in 0..4 {
         let height = |p: DVec3| cage.inward[i].dot(p - cage.on_face(i));
         let mut next_points = SmallVec::new();
@@ -136,7 +152,7 @@ fn clip(corners: [DVec3; 3], cage: &Cage) -> (SmallVec<[DVec3; 8]>, SmallVec<[Ta
                 next_tags.push(tags[k]);
                 if b < 0.0 {
                     next_points.push(p.lerp(q, a / (a - b)));
-                    next_tags.push(Tag::Face(i));
+                    next_tags.push(i);
                 }
             } else if b >= 0.0 {
                 next_points.push(p.lerp(q, a / (a - b)));

@@ -21,20 +21,53 @@ pub struct Region {
     pub normal: DVec3,
     /// Corners; side `i` joins corner `i` and `i + 1`.
     pub corners: SmallVec<[DVec3; 8]>,
-    /// Whether the contour can leave the part inside the polygon: false on
-    /// the part's own surface and far from coping.
-    pub may_leave_part: bool,
+    /// What ends contours inside the polygon besides its sides.
+    pub barrier: Barrier,
+}
+
+/// What ends a contour inside a region.
+#[derive(Clone, Debug)]
+pub enum Barrier {
+    /// Nothing: coping is far.
+    None,
+    /// Coping triangles, where the contour leaves the part.
+    Coping,
+    /// Segments in the plane with their inside on the left: the outline of
+    /// the flat patch of coping that a border runs on.
+    Fences(Vec<Fence>),
+}
+
+/// A segment of an outline.
+#[derive(Clone, Copy, Debug)]
+pub struct Fence {
+    /// From here.
+    pub from: DVec3,
+    /// To there.
+    pub to: DVec3,
+    /// Coping triangle inside the outline.
+    pub face: FaceId,
+    /// Its edge that the segment is.
+    pub edge: usize,
+}
+
+/// The place where a contour meets a barrier.
+#[derive(Clone, Copy, Debug)]
+pub enum Exit {
+    /// Through this coping triangle.
+    Coping(FaceId),
+    /// Through this fence, by number.
+    Fence(usize),
 }
 
 impl Region {
     /// A polygon through its corners; `None` where they have no area.
-    pub fn new(corners: SmallVec<[DVec3; 8]>, may_leave_part: bool) -> Option<Region> {
+    pub fn new(corners: SmallVec<[DVec3; 8]>, barrier: Barrier) -> Option<Region> {
         let mut area = DVec3::ZERO;
         for k in 1..corners.len().saturating_sub(1) {
             area += (corners[k] - corners[0]).cross(corners[k + 1] - corners[0]);
         }
         let normal = area.try_normalize()?;
-        Some(Region { normal, corners, may_leave_part })
+        Some(Region { normal, corners, barrier })
     }
 
     fn plane(&self) -> Condition {
@@ -90,14 +123,15 @@ pub enum Stop {
         /// The spoke on which the contour arrived.
         arrived: usize,
     },
-    /// Out of the part through coping.
+    /// At the region's barrier: out of the part through coping, or off the
+    /// patch of coping.
     Leaves {
         /// Where.
         at: DVec3,
         /// The pair on arrival.
         pair: Pair,
-        /// The coping triangle.
-        coping: FaceId,
+        /// Through what.
+        exit: Exit,
     },
     /// The two walls stop being separate along the contour itself.
     Fades {
@@ -181,6 +215,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 }
             }
         }
+        if DBG.with(|d| d.get()) { eprintln!("MOST STEPS or shortest {length}"); }
         Stop::Lost { at: self.x }
     }
 
@@ -221,7 +256,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             if outside {
                 return shorten(line!());
             }
-            let exit = if self.region.may_leave_part { self.coping_exit(y, pair) } else { None };
+            let exit = self.barrier(y, pair);
             if let Some((at, _)) = exit {
                 y = at;
             }
@@ -254,8 +289,8 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 Step::Stop(Stop::Fades { at: self.x, pair: self.pair })
             };
         }
-        if let Some(coping) = left_part {
-            return Step::Stop(Stop::Leaves { at: y, pair, coping });
+        if let Some(exit) = left_part {
+            return Step::Stop(Stop::Leaves { at: y, pair, exit });
         }
         if leaving && let Some(side) = side {
             return Step::Stop(Stop::Side { side, at: y, pair });
@@ -301,11 +336,43 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         !(-slack..=1.0 + slack).contains(&s)
     }
 
-    /// Where the way from the present point to `y` leaves the part.
-    fn coping_exit(&mut self, y: DVec3, pair: Pair) -> Option<(DVec3, FaceId)> {
+    /// Where the way from the present point to `y` meets the barrier.
+    fn barrier(&mut self, y: DVec3, pair: Pair) -> Option<(DVec3, Exit)> {
         let skip = if self.travelled == 0.0 { 1e-7 * self.size + 2.0 * self.tie } else { 0.0 };
-        let (at, coping) = self.probe.coping_hit(self.x, y, skip)?;
-        self.settle(at, coping, pair).or(Some((at, coping)))
+        match &self.region.barrier {
+            Barrier::None => None,
+            Barrier::Coping => {
+                let (at, coping) = self.probe.coping_hit(self.x, y, skip)?;
+                let (at, coping) = self.settle(at, coping, pair).unwrap_or((at, coping));
+                Some((at, Exit::Coping(coping)))
+            }
+            Barrier::Fences(fences) => self.fence(fences, y, pair),
+        }
+    }
+
+    /// The first fence that the way to `y` crosses outwards.
+    fn fence(&self, fences: &[Fence], y: DVec3, pair: Pair) -> Option<(DVec3, Exit)> {
+        const SLACK: f64 = 1e-9;
+        let mut first: Option<(f64, usize)> = None;
+        for (k, fence) in fences.iter().enumerate() {
+            let along = fence.to - fence.from;
+            let inside = self.region.normal.cross(along).normalize_or_zero();
+            let (a, b) = (inside.dot(self.x - fence.from), inside.dot(y - fence.from));
+            if b >= 0.0 || a <= b || a < -self.tie {
+                continue;
+            }
+            let s = (a / (a - b)).clamp(0.0, 1.0);
+            let place = (self.x.lerp(y, s) - fence.from).dot(along) / along.length_squared();
+            if (-SLACK..=1.0 + SLACK).contains(&place) && first.is_none_or(|f| s < f.0) {
+                first = Some((s, k));
+            }
+        }
+        let (s, k) = first?;
+        let inside = self.region.normal.cross(fences[k].to - fences[k].from).normalize_or_zero();
+        let guess = self.x.lerp(y, s);
+        let third = Condition::plane(inside, fences[k].from);
+        let at = self.correct(guess, third, pair, self.size).unwrap_or(guess);
+        Some((at, Exit::Fence(k)))
     }
 
     /// The point of the contour on the coping, starting from a guess.
@@ -403,13 +470,12 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         if ahead < -4.0 * self.tie || self.region.excess(at) > 1e-9 * self.size {
             return shorten(line!());
         }
-        if self.region.may_leave_part
-            && ahead > self.tie
-            && let Some((exit, coping)) = self.coping_exit(at, pair)
-            && exit.distance(self.x) < at.distance(self.x) + self.tie
-            && exit.distance(at) > self.tie
+        if ahead > self.tie
+            && let Some((place, exit)) = self.barrier(at, pair)
+            && place.distance(self.x) < at.distance(self.x) + self.tie
+            && place.distance(at) > self.tie
         {
-            return Step::Stop(Stop::Leaves { at: exit, pair: self.pair, coping });
+            return Step::Stop(Stop::Leaves { at: place, pair: self.pair, exit });
         }
         let fan = fan(self.probe, at, self.region.normal, distance);
         let (back, _) = heading(self.probe, at, self.region.normal, pair);

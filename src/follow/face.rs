@@ -6,7 +6,7 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::contour::{self, Region, Stop};
+use super::contour::{self, Exit, Region, Stop};
 use super::fan::{Spoke, fan};
 use super::solve::distance_to;
 use super::{Pair, Probe};
@@ -219,9 +219,11 @@ impl Work<'_> {
                     }
                 }
             }
-            Stop::Leaves { at, pair, coping } => {
+            Stop::Leaves { at, pair, exit: Exit::Coping(coping) } => {
                 self.arrive_at_border(probe, at, pair, FaceNodeKind::Coping(coping))
             }
+            // A face has no fences.
+            Stop::Leaves { exit: Exit::Fence(_), .. } => None,
             Stop::Fades { at, pair } => self.arrive_at_border(probe, at, pair, FaceNodeKind::Fading),
             Stop::Lost { at } => {
                 self.out.lost.push(at);
@@ -284,7 +286,7 @@ impl Work<'_> {
                 let across = distance_to(field, at, pair.left).1 - distance_to(field, at, pair.right).1;
                 let walls = if across.dot(way) > 0.0 { [pair.left, pair.right] } else { [pair.right, pair.left] };
                 let crossing = Crossing { at, walls };
-                if std::env::var("DBG2").is_ok() && probe.field().signed_clearance(at) < -1e-6 { eprintln!("LEAK found crossing {at} outside, pair {pair:?} side {side} region {:?} leave {} nodes {:?} sides {:?}", self.region.corners, self.region.may_leave_part, self.out.nodes, self.sides); }
+                if std::env::var("DBG2").is_ok() && probe.field().signed_clearance(at) < -1e-6 { eprintln!("LEAK found crossing {at} outside, pair {pair:?} side {side} region {:?} nodes {:?} sides {:?}", self.region.corners, self.out.nodes, self.sides); }
                 self.sides[side].push(crossing);
                 self.used[side].push(false);
                 self.out.found.push((side as u8, crossing));

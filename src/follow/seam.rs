@@ -58,6 +58,12 @@ impl Cage {
         self.corners[0].distance(self.corners[3])
     }
 
+    /// Low and high corner of the box round it.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let [a, b, c, d] = self.corners;
+        (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)))
+    }
+
     fn excess(&self, x: DVec3, but: usize) -> f64 {
         (0..4)
             .filter(|&i| i != but)
@@ -150,7 +156,7 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
     let mut steps = 0;
     'step: while steps < MOST_STEPS && length >= shortest {
         steps += 1;
-        let Some((mut t, triple)) = tangent(probe, x, walls) else { break };
+        let Some((mut t, mut triple)) = tangent(probe, x, walls) else { break };
         if t.dot(last) < 0.0 {
             t = -t;
         }
@@ -196,8 +202,36 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
                 left_part = Some(coping);
             }
         }
-        // Is another wall nearer?
+        // Footpoints slide along their walls; the tie moves with them.
         let mut carried = walls.clone();
+        for _ in 0..16 {
+            let mut moved = false;
+            for wall in carried.iter_mut() {
+                let settled = probe.walls().settle(y, *wall, CREASE_ANGLE);
+                moved |= settled != *wall;
+                *wall = settled;
+            }
+            if !moved {
+                break;
+            }
+            let again = tangent(probe, y, &carried).and_then(|(_, best)| {
+                triple = best;
+                let ties = [Condition::Tie(best[0], best[1]), Condition::Tie(best[0], best[2])];
+                let third = match left_part {
+                    Some(coping) => Condition::plane(probe.field().normal(coping), probe.field().corners(coping)[0]),
+                    None => third,
+                };
+                solve(probe.field(), [ties[0], ties[1], third], y, reach, tolerance)
+            });
+            match again {
+                Some(z) => y = z,
+                None => {
+                    length = stride * 0.4;
+                    continue 'step;
+                }
+            }
+        }
+        // Is another wall nearer?
         for _ in 0..64 {
             let (d, _) = distance_to(probe.field(), y, triple[0]);
             let foot = probe.nearest(y, triple[0]);
@@ -206,10 +240,11 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
             }
             if let Some(k) = slides_for(probe, y, &carried, foot.face) {
                 carried[k] = foot.face;
-                let Some((_, triple)) = tangent(probe, y, &carried) else {
+                let Some((_, best)) = tangent(probe, y, &carried) else {
                     length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
                     continue 'step;
                 };
+                triple = best;
                 let ties = [Condition::Tie(triple[0], triple[1]), Condition::Tie(triple[0], triple[2])];
                 let third = match left_part {
                     Some(coping) => Condition::plane(probe.field().normal(coping), probe.field().corners(coping)[0]),
@@ -236,7 +271,18 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
                 Some((at, distance))
                     if cage.excess(at, usize::MAX) <= 1e-9 * size && (at - x).dot(t) > -4.0 * tie =>
                 {
-                    return CurveStop::Junction { at, distance };
+                    // At a bend of a reflex edge the footpoint only moves on to the next edge.
+                    let point = probe.field().footpoint_on(at, foot.face).point;
+                    let near = one_place(distance, tie);
+                    let same = carried
+                        .iter()
+                        .position(|&w| probe.field().footpoint_on(at, w).point.distance(point) <= near);
+                    let Some(k) = same else { return CurveStop::Junction { at, distance } };
+                    carried[k] = foot.face;
+                    *walls = carried;
+                    last = t;
+                    x = at;
+                    continue 'step;
                 }
                 _ => {
                     length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
