@@ -21,14 +21,15 @@ use crate::mesh::{FaceId, Part};
 /// that narrows to a sharper edge is a tapered wall, and its sheet is wanted.
 pub const MAX_FIN_ANGLE: f64 = 135.0;
 
-/// Path against chord below which two footpoints lie round one corner whatever
-/// the object angle: the corner of the rim where a rib ends, seen from inside
-/// the plate, has ratio 1.41. The way round the whole end of that rib, between
-/// the footpoints of its own sheet, has ratio 2.
-const SHORT_WAY: f64 = 1.65;
+/// Longest path, against the chord, that leads round a convex edge, round or
+/// rim corner of 45 degrees or more: 1 / sin(45 / 2).
+const LONGEST_WAY: f64 = 2.62;
 
-/// Slack for a path found by crossing edges one at a time.
-const PATH_SLACK: f64 = 1.1;
+/// A path round one corner narrows towards it: its quarter points are half a
+/// chord apart for a sharp corner, 0.71 for a full round. The path round the
+/// end of a web does not: 1. A bump lower than 0.3 of its width narrows too,
+/// and has no sheet of its own.
+const NARROWS: f64 = 0.8;
 
 /// Path against chord of a footpoint that slides along one smooth wall.
 const SLIDE_WAY: f64 = 1.1;
@@ -261,29 +262,7 @@ impl<'a> Walls<'a> {
         if self.separation.keep_fins_from.is_some_and(|least| angle >= least) {
             return true;
         }
-        if self.joined(a, b, SHORT_WAY * chord) {
-            return false;
-        }
-        // A convex edge or round lies within the two tangent planes: the ball,
-        // shrinking into it, meets wall before their apex, and the way over the
-        // wall is no longer than that over the apex.
-        let apex = (0.5 * angle).to_radians().cos().recip();
-        if PATH_SLACK * apex <= SHORT_WAY {
-            return true;
-        }
-        let inward = ((a.point - x).normalize_or_zero() + (b.point - x).normalize_or_zero()).normalize_or_zero();
-        let reach = a.distance.max(b.distance) * apex * 1.001;
-        !(self.wall_ahead(x, x + reach * inward) && self.joined(a, b, PATH_SLACK * apex * chord))
-    }
-
-    /// Whether the first triangle on the way is wall.
-    fn wall_ahead(&self, from: DVec3, to: DVec3) -> bool {
-        let mut hits = Vec::new();
-        self.field.hits(from, to, &mut hits);
-        hits.first().is_some_and(|first| {
-            // At an edge between wall and coping both are hit.
-            hits.iter().take_while(|h| h.t <= first.t + 1e-9).all(|h| !self.field.is_coping(h.face))
-        })
+        !self.path(a, b, LONGEST_WAY * chord).is_some_and(|p| p.waist < NARROWS * chord)
     }
 
     /// Whether a footpoint may slide from `a` to `b` along one smooth wall.
@@ -292,42 +271,48 @@ impl<'a> Walls<'a> {
             return true;
         }
         let chord = a.point.distance(b.point);
-        chord <= 4.0 * self.tolerances.tie || self.joined(a, b, SLIDE_WAY * chord)
+        chord <= 4.0 * self.tolerances.tie || self.path(a, b, SLIDE_WAY * chord).is_some()
     }
 
-    /// Whether a path over wall triangles of at most `length` leads from `a`
-    /// to `b`. Best first (A*), each edge crossed where the way over it would
-    /// be straight, so that the length is that of a path, if not of the
-    /// shortest one.
-    fn joined(&self, a: &Footpoint, b: &Footpoint, length: f64) -> bool {
+    /// The path over wall triangles from `a` to `b`, if one of at most
+    /// `length` is found. Best first (A*), each edge crossed where the way over it would
+    /// be straight; the path found is then pulled taut over the edges that it
+    /// crosses.
+    fn path(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
+        /// How much longer than a taut one a path may be while it is searched.
+        const SEARCH_SLACK: f64 = 1.3;
         let mut seen: FxHashSet<FaceId> = FxHashSet::default();
-        let mut open: BinaryHeap<(Reverse<Way>, FaceId)> = BinaryHeap::new();
-        open.push((Reverse(Way { total: 0.0, walked: 0.0, at: a.point }), a.face));
-        while let Some((Reverse(way), face)) = open.pop() {
-            if face == b.face {
-                return true;
+        let mut open: BinaryHeap<(Reverse<Total>, u32)> = BinaryHeap::new();
+        let mut ways = vec![Way { before: u32::MAX, face: a.face, walked: 0.0, at: a.point, edge: [a.point; 2] }];
+        open.push((Reverse(Total(0.0)), 0));
+        while let Some((_, number)) = open.pop() {
+            let way = ways[number as usize];
+            if way.face == b.face {
+                return Some(taut(&ways, number, b.point)).filter(|p| p.length <= length);
             }
-            if !seen.insert(face) {
+            if !seen.insert(way.face) {
                 continue;
             }
             if seen.len() > PATH_BUDGET {
-                return false;
+                return None;
             }
-            let corners = self.field.corners(face);
+            let corners = self.field.corners(way.face);
             for k in 0..3 {
-                let Some(next) = self.neighbours[face.index()][k] else { continue };
+                let Some(next) = self.neighbours[way.face.index()][k] else { continue };
                 if self.field.is_coping(next) || seen.contains(&next) {
                     continue;
                 }
-                let at = straight_crossing(way.at, b.point, corners[k], corners[(k + 1) % 3]);
+                let edge = [corners[k], corners[(k + 1) % 3]];
+                let at = straight_crossing(way.at, b.point, edge);
                 let walked = way.walked + way.at.distance(at);
                 let total = walked + at.distance(b.point);
-                if total <= length {
-                    open.push((Reverse(Way { total, walked, at }), next));
+                if total <= SEARCH_SLACK * length {
+                    ways.push(Way { before: number, face: next, walked, at, edge });
+                    open.push((Reverse(Total(total)), ways.len() as u32 - 1));
                 }
             }
         }
-        false
+        None
     }
 }
 
@@ -337,8 +322,8 @@ pub fn object_angle(x: DVec3, a: &Footpoint, b: &Footpoint) -> f64 {
     u.cross(v).length().atan2(u.dot(v)).to_degrees()
 }
 
-/// Where the segment `p q` is crossed by the shortest way from `a` to `b` over it.
-fn straight_crossing(a: DVec3, b: DVec3, p: DVec3, q: DVec3) -> DVec3 {
+/// Where an edge is crossed by the shortest way from `a` to `b` over it.
+fn straight_crossing(a: DVec3, b: DVec3, [p, q]: [DVec3; 2]) -> DVec3 {
     let along = (q - p).normalize_or_zero();
     let length = (q - p).length();
     let (sa, sb) = ((a - p).dot(along), (b - p).dot(along));
@@ -349,30 +334,72 @@ fn straight_crossing(a: DVec3, b: DVec3, p: DVec3, q: DVec3) -> DVec3 {
     p + s.clamp(0.0, length) * along
 }
 
-/// A way walked so far, ordered by what it comes to at least.
+/// One triangle entered on a way over the walls.
 #[derive(Clone, Copy, Debug)]
 struct Way {
-    total: f64,
+    before: u32,
+    face: FaceId,
     walked: f64,
+    /// Where the triangle was entered, and the edge that was crossed.
     at: DVec3,
+    edge: [DVec3; 2],
 }
 
-impl PartialEq for Way {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
+/// A path over the walls.
+#[derive(Clone, Copy, Debug)]
+struct Path {
+    length: f64,
+    /// Distance between the points at a quarter and three quarters of it.
+    waist: f64,
+}
+
+/// A way once its crossings have been moved to where they make it shortest.
+fn taut(ways: &[Way], last: u32, end: DVec3) -> Path {
+    const PASSES: usize = 12;
+    let mut edges: Vec<[DVec3; 2]> = Vec::new();
+    let mut points = vec![end];
+    let mut number = last;
+    while ways[number as usize].before != u32::MAX {
+        let way = &ways[number as usize];
+        edges.push(way.edge);
+        points.push(way.at);
+        number = way.before;
     }
+    points.push(ways[number as usize].at);
+    for _ in 0..PASSES {
+        for k in 1..points.len() - 1 {
+            points[k] = straight_crossing(points[k - 1], points[k + 1], edges[k - 1]);
+        }
+    }
+    let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
+    let at = |wanted: f64| {
+        let mut walked = 0.0;
+        for w in points.windows(2) {
+            let step = w[0].distance(w[1]);
+            if walked + step >= wanted && step > 0.0 {
+                return w[0].lerp(w[1], (wanted - walked) / step);
+            }
+            walked += step;
+        }
+        end
+    };
+    Path { length, waist: at(0.25 * length).distance(at(0.75 * length)) }
 }
 
-impl Eq for Way {}
+/// A length to order by.
+#[derive(Clone, Copy, PartialEq)]
+struct Total(f64);
 
-impl PartialOrd for Way {
+impl Eq for Total {}
+
+impl PartialOrd for Total {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Way {
+impl Ord for Total {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.total.total_cmp(&other.total)
+        self.0.total_cmp(&other.0)
     }
 }

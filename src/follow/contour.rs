@@ -493,9 +493,14 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             let bend = on.direction.dot(-fan.spokes[arrived].direction);
             if bend > (0.5 * CREASE_ANGLE).to_radians().cos() {
                 // A facet edge of a curved wall: walk on with the other facet.
+                if DBG.with(|d| d.get()) { eprintln!("pass from {} {:?} to {at} {:?} third {third:?} fan {fan:?}", self.x, self.pair, self.prefer(at, on.pair, third)); }
+                let pair = self.prefer(at, on.pair, third);
+                if pair == self.pair && ahead <= self.tie {
+                    return shorten(line!());
+                }
                 self.travelled += at.distance(self.x) + self.tie;
                 self.x = at;
-                self.pair = self.prefer(at, on.pair, third);
+                self.pair = pair;
                 return Step::Moved;
             }
         }
