@@ -14,9 +14,9 @@ fn main() {
     let walls = Walls::new(&part, &field, Separation { min_angle: 15.0, keep_fins_from: None });
     let (lo, hi) = field.bounds();
     let lattice = Lattice::covering(lo, hi, cell).unwrap();
-    let mut tr = midsurf::extract::Tracer::new(&walls, lattice);
+    let mut tr = midsurf::trace::Tracer::new(&walls, lattice);
     let t1 = std::time::Instant::now();
-    tr.run();
+    tr.run(&|_, _, _| ());
     let t2 = std::time::Instant::now();
     let mesh = tr.assemble();
     let et = mesh.edge_triangles();

@@ -1,328 +1,204 @@
-//! The extraction, stage by stage.
+//! The extraction, stage by stage; this file is its table of contents.
 
-use glam::DVec3;
-use rayon::prelude::*;
-use rustc_hash::{FxHashMap, FxHashSet};
-use smallvec::SmallVec;
+use std::time::Instant;
 
-use crate::assembly::mesh::{RawMesh, RawVertex, edge};
-use crate::assembly::tet::{InnerKind, Line, TetSurface, VertexKey, solve_tet};
-use crate::field::thickness::{maximal_ball, spread};
-use crate::field::walls::Walls;
-use crate::follow::Probe;
-use crate::follow::contour::{Barrier, Region};
-use crate::follow::face::{FaceContours, FaceNodeKind, FaceSeed, solve_face};
-use crate::follow::seam::Cage;
-use crate::lattice::{EdgeKey, FaceKey, Lattice, NodeKey, TetKey};
-use crate::mesh::FaceId;
-use crate::vertices::{Crossing, NodeSample, crossings, sample_node};
+use serde::Serialize;
+use thiserror::Error;
 
-/// Everything found on the lattice, each under its key.
-#[derive(Default)]
-pub struct Found {
-    nodes: FxHashMap<NodeKey, NodeSample>,
-    edges: FxHashMap<EdgeKey, SmallVec<[Crossing; 1]>>,
-    faces: FxHashMap<FaceKey, FaceContours>,
-    seeds: FxHashMap<FaceKey, Vec<FaceSeed>>,
-    tets: FxHashMap<TetKey, TetSurface>,
-    /// Closest-point queries asked.
-    pub queries: u64,
+use crate::field::Field;
+use crate::field::thickness::ThicknessProfile;
+use crate::field::walls::{Separation, Walls};
+use crate::lattice::Lattice;
+use crate::mesh::Part;
+use crate::mesh::midsurface::MidSurface;
+use crate::post::graph::{Crack, SheetGraph};
+use crate::post::{clean, graph};
+use crate::trace::Tracer;
+
+/// Edge length of a lattice cell.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cell {
+    /// The median wall thickness.
+    Auto,
+    /// A length in part units.
+    Length(f64),
+    /// So many median wall thicknesses.
+    Thicknesses(f64),
+    /// So many hundredths of the bounding box's diagonal.
+    Percent(f64),
+}
+
+/// What to extract and how finely.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Cell size.
+    pub cell: Cell,
+    /// Smallest object angle of a sheet, degrees: weaker ones fade out.
+    pub min_angle: f64,
+    /// Keep the sheets that run into convex edges.
+    pub keep_fins: bool,
+    /// Most memory the lattice may take, bytes; a finer cell is refused.
+    pub memory_limit: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings { cell: Cell::Auto, min_angle: DEFAULT_ANGLE, keep_fins: false, memory_limit: 8 << 30 }
+    }
+}
+
+/// Default of [`Settings::min_angle`]: below the object angle of a web a
+/// quarter as thick as its flange (28 degrees), above what single-precision
+/// input makes of a flat wall.
+pub const DEFAULT_ANGLE: f64 = 15.0;
+
+/// Least object angle of a fin that is kept with [`Settings::keep_fins`]:
+/// above the facet angle of usual tessellations.
+const KEPT_FIN_ANGLE: f64 = 40.0;
+
+/// Bytes that an active cell takes at the peak, measured; for the memory bound.
+const BYTES_PER_CELL: f64 = 6000.0;
+
+/// Why nothing could be extracted.
+#[derive(Debug, Error)]
+pub enum ExtractError {
+    /// The cell size is not a positive number.
+    #[error("cell size {0} is not a positive length")]
+    BadCell(f64),
+    /// No wall of the part faces another.
+    #[error("no wall faces another wall: the wall thickness is unknown; give a cell size, and check the coping tags")]
+    NoThickness,
+    /// The lattice would not fit.
+    #[error("cell size {cell} needs about {cells:.0} active cells and {gigabytes:.1} GB; the smallest cell that fits is about {smallest:.4}")]
+    TooFine {
+        /// Cell asked for.
+        cell: f64,
+        /// Active cells that it would need.
+        cells: f64,
+        /// Memory that they would take.
+        gigabytes: f64,
+        /// Smallest cell within the bound.
+        smallest: f64,
+    },
+}
+
+/// Seconds by stage and counts of work.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Work {
+    /// Cell size used, part units.
+    pub cell: f64,
+    /// Lattice cells that hold a piece of the mid-surface.
+    pub cells: usize,
+    /// Tetrahedra solved.
+    pub tetrahedra: usize,
+    /// Faces solved.
+    pub faces: usize,
     /// Lattice edges solved.
-    pub edges_solved: usize,
-    /// Queries for nodes and edges.
-    pub edge_queries: u64,
+    pub edges: usize,
+    /// Closest-point queries in all.
+    pub queries: u64,
+    /// Closest-point queries a lattice edge, its nodes included.
+    pub queries_per_edge: f64,
+    /// Places where a follower could not go on; they show as cracks unless
+    /// they closed otherwise.
+    pub lost: usize,
+    /// Building the field.
+    pub field_seconds: f64,
+    /// Following the mid-surface.
+    pub trace_seconds: f64,
+    /// Assembly, clean-up and sheet graph.
+    pub mesh_seconds: f64,
 }
 
-/// The lattice walk over one part.
-pub struct Tracer<'a> {
-    walls: &'a Walls<'a>,
-    lattice: Lattice,
-    found: Found,
+/// The result of an extraction.
+#[derive(Clone, Debug)]
+pub struct Extraction {
+    /// The mesh.
+    pub surface: MidSurface,
+    /// Sheets, seams, borders and junctions.
+    pub graph: SheetGraph,
+    /// Edges that end without a border: something is missing there.
+    pub cracks: Vec<Crack>,
+    /// What it took.
+    pub work: Work,
 }
 
-impl<'a> Tracer<'a> {
-    /// A walk with nothing found yet.
-    pub fn new(walls: &'a Walls<'a>, lattice: Lattice) -> Tracer<'a> {
-        Tracer { walls, lattice, found: Found::default() }
-    }
+/// Stages as they begin, for progress displays: stage name, done and expected.
+pub type Progress<'p> = dyn Fn(&'static str, u64, u64) + Sync + 'p;
 
-    /// Solves one batch of keys in parallel, results in the order of the keys.
-    fn batch<K: Sync + Send + Copy, R: Send>(
-        &mut self,
-        keys: &[K],
-        solve: impl Fn(&Tracer, &mut Probe, K) -> R + Sync,
-    ) -> Vec<R> {
-        let this = &*self;
-        let chunks: Vec<(Vec<R>, u64)> = keys
-            .par_chunks(64)
-            .map(|chunk| {
-                let mut probe = Probe::new(this.walls);
-                let out = chunk.iter().map(|&k| solve(this, &mut probe, k)).collect();
-                (out, probe.queries())
+/// Extracts the mid-surface of a part.
+///
+/// Deterministic: the same part and settings give the same result, bit for
+/// bit, on any number of threads.
+pub fn extract(part: &Part, settings: &Settings, progress: &Progress) -> Result<Extraction, ExtractError> {
+    let start = Instant::now();
+    progress("field", 0, 0);
+    let field = Field::new(part);
+    let profile = ThicknessProfile::measure(&field, 2000);
+    let cell = cell_size(part, &profile, settings)?;
+    let walls = Walls::new(part, &field, separation(settings));
+    let lattice = lattice(part, &field, &profile, cell, settings)?;
+    let field_seconds = start.elapsed().as_secs_f64();
+
+    let mut tracer = Tracer::new(&walls, lattice);
+    tracer.run(progress);
+    let trace_seconds = start.elapsed().as_secs_f64() - field_seconds;
+
+    progress("mesh", 0, 0);
+    let raw = clean::clean(tracer.assemble(), cell);
+    let (surface, graph, cracks) = graph::build(&raw, &field);
+    let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
+
+    let work = Work { cell, field_seconds, trace_seconds, mesh_seconds, ..tracer.work() };
+    Ok(Extraction { surface, graph, cracks, work })
+}
+
+fn separation(settings: &Settings) -> Separation {
+    Separation {
+        min_angle: settings.min_angle,
+        keep_fins_from: settings.keep_fins.then_some(KEPT_FIN_ANGLE.max(settings.min_angle)),
+    }
+}
+
+fn cell_size(part: &Part, profile: &ThicknessProfile, settings: &Settings) -> Result<f64, ExtractError> {
+    let median = || profile.percentile(50.0).ok_or(ExtractError::NoThickness);
+    let cell = match settings.cell {
+        Cell::Auto => median()?,
+        Cell::Length(length) => length,
+        Cell::Thicknesses(factor) => factor * median()?,
+        Cell::Percent(percent) => 0.01 * percent * part.bounds().diagonal(),
+    };
+    if cell.is_finite() && cell > 0.0 { Ok(cell) } else { Err(ExtractError::BadCell(cell)) }
+}
+
+/// Places the lattice, after an estimate of what it will take: the mid-surface
+/// has about half the area of the walls, and crosses some 1.6 cells for each
+/// face of a cell that it covers.
+fn lattice(
+    part: &Part,
+    field: &Field,
+    profile: &ThicknessProfile,
+    cell: f64,
+    settings: &Settings,
+) -> Result<Lattice, ExtractError> {
+    let thickness = profile.percentile(50.0).unwrap_or(part.bounds().diagonal());
+    let area = (part.volume().abs() / thickness).min(part.area()).max(0.0);
+    let cells = 1.6 * area / (cell * cell);
+    let bytes = cells * BYTES_PER_CELL;
+    let (low, high) = field.bounds();
+    let fits = bytes <= settings.memory_limit as f64;
+    match Lattice::covering(low, high, cell).filter(|_| fits) {
+        Some(lattice) => Ok(lattice),
+        None => {
+            let by_memory = (1.6 * area * BYTES_PER_CELL / settings.memory_limit as f64).sqrt();
+            let by_keys = (high - low).max_element() / (crate::lattice::MAX_CELLS_PER_AXIS as f64 - 8.0);
+            Err(ExtractError::TooFine {
+                cell,
+                cells,
+                gigabytes: bytes / 1e9,
+                smallest: by_memory.max(by_keys) * 1.01,
             })
-            .collect();
-        let mut out = Vec::with_capacity(keys.len());
-        for (part, queries) in chunks {
-            out.extend(part);
-            self.found.queries += queries;
         }
-        out
-    }
-
-    /// Tetrahedra in which the walls' maximal balls have their centres.
-    fn seeds(&self) -> Vec<TetKey> {
-        let field = self.walls.field();
-        let spacing = 3.0 * self.lattice.cell();
-        let walls: Vec<FaceId> =
-            (0..field.face_count() as u32).map(FaceId).filter(|&f| !field.is_coping(f)).collect();
-        let mut tets: Vec<TetKey> = walls
-            .par_iter()
-            .flat_map_iter(|&face| {
-                spread(field.corners(face), spacing, 64).filter_map(move |p| maximal_ball(field, face, p))
-            })
-            .map(|(centre, _)| self.lattice.locate(centre))
-            .collect();
-        tets.par_sort_unstable();
-        tets.dedup();
-        tets
-    }
-
-    /// Follows the mid-surface from tetrahedron to tetrahedron until nothing is left to follow.
-    pub fn run(&mut self) {
-        let mut frontier = self.seeds();
-        while !frontier.is_empty() {
-            self.solve_nodes_and_edges(&frontier);
-            let mut faces: Vec<FaceKey> = frontier.iter().flat_map(|t| t.faces()).collect();
-            faces.sort_unstable();
-            faces.dedup();
-            faces.retain(|f| !self.found.faces.contains_key(f));
-            let mut todo = frontier;
-            for _ in 0..24 {
-                let touched = self.solve_faces(faces);
-                // Tetrahedra solved before whose faces changed.
-                for face in &touched {
-                    todo.extend(face.tetrahedra().into_iter().filter(|t| self.found.tets.contains_key(t)));
-                }
-                todo.sort_unstable();
-                todo.dedup();
-                faces = self.solve_tets(&todo);
-                if faces.is_empty() {
-                    break;
-                }
-                todo = faces.iter().flat_map(|f| f.tetrahedra()).filter(|t| self.found.tets.contains_key(t)).collect();
-            }
-            frontier = self.next_frontier();
-        }
-    }
-
-    fn next_frontier(&self) -> Vec<TetKey> {
-        let mut next: Vec<TetKey> = self
-            .found
-            .faces
-            .iter()
-            .filter(|(_, c)| !c.arcs.is_empty() || !c.nodes.is_empty())
-            .flat_map(|(f, _)| f.tetrahedra())
-            .filter(|t| !self.found.tets.contains_key(t))
-            .collect();
-        next.sort_unstable();
-        next.dedup();
-        next
-    }
-
-    fn solve_nodes_and_edges(&mut self, tets: &[TetKey]) {
-        let mut edges: Vec<EdgeKey> = tets.iter().flat_map(|t| t.edges()).collect();
-        edges.sort_unstable();
-        edges.dedup();
-        edges.retain(|e| !self.found.edges.contains_key(e));
-        let mut nodes: Vec<NodeKey> = edges.iter().flat_map(|e| e.nodes()).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes.retain(|n| !self.found.nodes.contains_key(n));
-        let before = self.found.queries;
-        let samples = self.batch(&nodes, |t, probe, n| sample_node(probe, t.lattice.position(n)));
-        self.found.nodes.extend(nodes.into_iter().zip(samples));
-        let solved = self.batch(&edges, |t, probe, e| {
-            let [a, b] = e.nodes();
-            let ends = [t.lattice.position(a), t.lattice.position(b)];
-            crossings(probe, ends, [&t.found.nodes[&a], &t.found.nodes[&b]])
-        });
-        self.found.edges_solved += edges.len();
-        self.found.edges.extend(edges.into_iter().zip(solved));
-        self.found.edge_queries += self.found.queries - before;
-    }
-
-    /// Solves faces, and again those whose edges turn out to have further
-    /// vertices. Returns all that were solved.
-    fn solve_faces(&mut self, faces: Vec<FaceKey>) -> Vec<FaceKey> {
-        let mut todo = faces;
-        let mut touched: FxHashSet<FaceKey> = FxHashSet::default();
-        for _ in 0..24 {
-            if todo.is_empty() {
-                break;
-            }
-            let missing: Vec<EdgeKey> = todo.iter().flat_map(|f| f.edges()).filter(|e| !self.found.edges.contains_key(e)).collect();
-            debug_assert!(missing.is_empty());
-            let solved = self.batch(&todo, |t, probe, f| t.solve_face(probe, f));
-            let mut grown: Vec<EdgeKey> = Vec::new();
-            for (&face, contours) in todo.iter().zip(&solved) {
-                for &(side, crossing) in &contours.found {
-                    let edge = face.edges()[side as usize];
-                    if self.add_crossing(edge, crossing) {
-                        grown.push(edge);
-                    }
-                }
-            }
-            touched.extend(&todo);
-            self.found.faces.extend(todo.into_iter().zip(solved));
-            grown.sort_unstable();
-            grown.dedup();
-            todo = grown
-                .iter()
-                .flat_map(|e| e.faces())
-                .filter(|f| self.found.faces.contains_key(f))
-                .collect();
-            todo.sort_unstable();
-            todo.dedup();
-        }
-        let mut touched: Vec<FaceKey> = touched.into_iter().collect();
-        touched.sort_unstable();
-        touched
-    }
-
-    fn add_crossing(&mut self, edge: EdgeKey, crossing: Crossing) -> bool {
-        let near = 1e-6 * self.lattice.cell() + 8.0 * self.walls.tolerances().tie;
-        let list = self.found.edges.entry(edge).or_default();
-        if list.iter().any(|c| c.at.distance(crossing.at) <= near) {
-            return false;
-        }
-        list.push(crossing);
-        true
-    }
-
-    fn solve_face(&self, probe: &mut Probe, face: FaceKey) -> FaceContours {
-        let edges = face.edges();
-        let sides = edges.map(|e| self.found.edges.get(&e).map_or(&[][..], |l| &l[..]));
-        let seeds = self.found.seeds.get(&face).map_or(&[][..], |s| &s[..]);
-        if seeds.is_empty() && sides.iter().all(|s| s.is_empty()) {
-            return FaceContours::default();
-        }
-        let corners: SmallVec<[DVec3; 8]> = face.nodes().iter().map(|&n| self.lattice.position(n)).collect();
-        let middle = corners.iter().sum::<DVec3>() / 3.0;
-        let coping = probe.field().nearest_coping(middle, 1.2 * self.lattice.cell()).is_some();
-        match Region::new(corners, if coping { Barrier::Coping } else { Barrier::None }) {
-            Some(region) => solve_face(probe, &region, sides, [true, true, false], seeds),
-            None => FaceContours::default(),
-        }
-    }
-
-    /// Solves tetrahedra; returns faces that need solving again.
-    fn solve_tets(&mut self, tets: &[TetKey]) -> Vec<FaceKey> {
-        let solved = self.batch(tets, |t, probe, key| {
-            let faces = key.faces().map(|f| &t.found.faces[&f]);
-            if faces.iter().all(|f| f.arcs.is_empty() && f.nodes.is_empty()) {
-                return TetSurface::default();
-            }
-            let corners = key.nodes().map(|n| t.lattice.position(n));
-            let middle = 0.5 * (corners[0] + corners[3]);
-            let coping = probe.field().nearest_coping(middle, 0.9 * t.lattice.cell()).is_some();
-            solve_tet(probe, key, &Cage::new(corners, coping), faces, &t.found.edges)
-        });
-        let mut faces = Vec::new();
-        for surface in &solved {
-            for &(face, seed) in &surface.seeds {
-                let near = 1e-6 * self.lattice.cell() + 8.0 * self.walls.tolerances().tie;
-                let list = self.found.seeds.entry(face).or_default();
-                if list.iter().all(|s| s.at.distance(seed.at) > near) {
-                    list.push(seed);
-                    faces.push(face);
-                }
-            }
-        }
-        self.found.tets.extend(tets.iter().copied().zip(solved));
-        faces.sort_unstable();
-        faces.dedup();
-        // A face of an unsolved neighbour is solved when its turn comes.
-        faces.retain(|f| self.found.faces.contains_key(f));
-        faces
-    }
-
-    /// What was found.
-    pub fn found(&self) -> &Found {
-        &self.found
-    }
-
-    fn vertex(&self, key: VertexKey) -> RawVertex {
-        match key {
-            VertexKey::Edge(e, i) => {
-                let c = &self.found.edges[&e][i as usize];
-                RawVertex { at: c.at, walls: SmallVec::from_slice(&c.walls), coping: None }
-            }
-            VertexKey::Face(f, i) => {
-                let n = &self.found.faces[&f].nodes[i as usize];
-                let coping = match n.kind {
-                    FaceNodeKind::Coping(c) => Some(c),
-                    _ => None,
-                };
-                RawVertex { at: n.at, walls: n.walls.iter().copied().collect(), coping }
-            }
-            VertexKey::Inner(t, i) => {
-                let v = &self.found.tets[&t].inner[i as usize];
-                let coping = match v.kind {
-                    InnerKind::OnCoping(c) => Some(c),
-                    _ => None,
-                };
-                RawVertex { at: v.at, walls: v.walls.iter().copied().collect(), coping }
-            }
-        }
-    }
-
-    /// Joins the pieces of all tetrahedra to one mesh, vertices numbered in
-    /// the order of their keys.
-    pub fn assemble(&self) -> RawMesh {
-        let mut tets: Vec<TetKey> =
-            self.found.tets.iter().filter(|t| !t.1.triangles.is_empty()).map(|t| *t.0).collect();
-        tets.par_sort_unstable();
-        let mut keys: Vec<VertexKey> =
-            tets.iter().flat_map(|t| self.found.tets[t].triangles.iter().flatten().copied()).collect();
-        keys.par_sort_unstable();
-        keys.dedup();
-        let number = |k: &VertexKey| keys.binary_search(k).ok().map(|n| n as u32);
-        let mut mesh =
-            RawMesh { vertices: keys.iter().map(|&k| self.vertex(k)).collect(), ..RawMesh::default() };
-        for tet in &tets {
-            let surface = &self.found.tets[tet];
-            for t in &surface.triangles {
-                // Every key was collected above.
-                if let [Some(a), Some(b), Some(c)] = [number(&t[0]), number(&t[1]), number(&t[2])] {
-                    mesh.triangles.push([a, b, c]);
-                }
-            }
-            for polygon in &surface.polygons {
-                let n = polygon.corners.len();
-                for k in 0..n {
-                    let line = polygon.lines[k];
-                    if line == Line::Sheet {
-                        continue;
-                    }
-                    let ends = (number(&polygon.corners[k]), number(&polygon.corners[(k + 1) % n]));
-                    if let (Some(a), Some(b)) = ends {
-                        mesh.lines.insert(edge(a, b), line);
-                    }
-                }
-            }
-        }
-        mesh
-    }
-
-    /// Places where something is missing.
-    pub fn failures(&self) -> (Vec<DVec3>, Vec<DVec3>) {
-        let mut faces: Vec<_> = self.found.faces.iter().filter(|f| !f.1.lost.is_empty()).collect();
-        faces.sort_by_key(|f| *f.0);
-        let mut tets: Vec<_> = self.found.tets.iter().filter(|t| !t.1.open.is_empty()).collect();
-        tets.sort_by_key(|t| *t.0);
-        (
-            faces.into_iter().flat_map(|f| f.1.lost.iter().copied()).collect(),
-            tets.into_iter().flat_map(|t| t.1.open.iter().copied()).collect(),
-        )
     }
 }

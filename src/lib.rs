@@ -11,5 +11,7 @@ pub mod follow;
 pub mod io;
 pub mod lattice;
 pub mod mesh;
+pub mod post;
 pub mod tags;
+pub mod trace;
 pub mod vertices;

@@ -147,7 +147,7 @@ pub fn solve_tet(
         faces,
         face_keys: key.faces(),
         crossings,
-        near: 1e-6 * cage.size() + 16.0 * tie,
+        near: 1e-7 * cage.size() + 4.0 * tie,
         ends: Vec::new(),
         strands: Vec::new(),
         bridges: Vec::new(),

@@ -191,6 +191,11 @@ impl<'a> Walls<'a> {
         }
     }
 
+    /// Wall triangles at a vertex.
+    fn around(&self, vertex: u32) -> &[FaceId] {
+        &self.around[self.first[vertex as usize] as usize..self.first[vertex as usize + 1] as usize]
+    }
+
     /// The triangle that holds the footpoint of `x` on the wall that `face` is
     /// part of: descends from triangle to triangle round their corners, over
     /// reflex edges and bends of at most `crease` degrees, never over a
@@ -203,8 +208,7 @@ impl<'a> Walls<'a> {
             let away = (x - here.point).normalize_or_zero();
             let mut best = here;
             for v in self.indices[here.face.index()] {
-                let (from, to) = (self.first[v as usize], self.first[v as usize + 1]);
-                for &next in &self.around[from as usize..to as usize] {
+                for &next in self.around(v) {
                     let foot = self.field.footpoint_on(x, next);
                     let nearer = foot.distance < best.distance * (1.0 - 1e-14);
                     if nearer
@@ -221,12 +225,6 @@ impl<'a> Walls<'a> {
             here = best;
         }
         here.face
-    }
-
-    /// Whether two triangles share a corner.
-    pub fn touch(&self, a: FaceId, b: FaceId) -> bool {
-        let (s, t) = (self.indices[a.index()], self.indices[b.index()]);
-        s.iter().any(|v| t.contains(v))
     }
 
     /// Whether two triangles share an edge that is reflex or bends by at most
@@ -297,18 +295,25 @@ impl<'a> Walls<'a> {
                 return None;
             }
             let corners = self.field.corners(way.face);
-            for k in 0..3 {
-                let Some(next) = self.neighbours[way.face.index()][k] else { continue };
-                if self.field.is_coping(next) || seen.contains(&next) {
-                    continue;
-                }
-                let edge = [corners[k], corners[(k + 1) % 3]];
+            let mut step = |next: FaceId, edge: [DVec3; 2]| {
                 let at = straight_crossing(way.at, b.point, edge);
                 let walked = way.walked + way.at.distance(at);
                 let total = walked + at.distance(b.point);
                 if total <= SEARCH_SLACK * length {
                     ways.push(Way { before: number, face: next, walked, at, edge });
                     open.push((Reverse(Total(total)), ways.len() as u32 - 1));
+                }
+            };
+            for k in 0..3 {
+                let next = self.neighbours[way.face.index()][k];
+                if let Some(next) = next.filter(|&n| !self.field.is_coping(n) && !seen.contains(&n)) {
+                    step(next, [corners[k], corners[(k + 1) % 3]]);
+                }
+                // Two walls may touch in a corner only, where a third one ends.
+                for &next in self.around(self.indices[way.face.index()][k]) {
+                    if !seen.contains(&next) && !self.neighbours[way.face.index()].contains(&Some(next)) {
+                        step(next, [corners[k]; 2]);
+                    }
                 }
             }
         }

@@ -103,7 +103,7 @@ pub fn solve_face(
         low_first,
         used: sides.map(|s| vec![false; s.len()]),
         spokes_used: Vec::new(),
-        near: 1e-6 * size + 8.0 * tie,
+        near: 1e-7 * size + 2.0 * tie,
         out: FaceContours::default(),
     };
     for seed in seeds {

@@ -156,7 +156,7 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
     let mut steps = 0;
     'step: while steps < MOST_STEPS && length >= shortest {
         steps += 1;
-        let Some((mut t, mut triple)) = tangent(probe, x, walls) else { break };
+        let Some((mut t, mut triple)) = tangent(probe, x, walls) else { if super::contour::DBG.with(|d| d.get()) { for w in walls.iter() { eprintln!("  NOTANGENT {:?}", probe.field().footpoint_on(x, *w)); } } break };
         if t.dot(last) < 0.0 {
             t = -t;
         }
