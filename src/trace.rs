@@ -333,6 +333,7 @@ impl<'a> Tracer<'a> {
                 }
             }
         }
+        mesh.drop_pillows();
         mesh
     }
 
