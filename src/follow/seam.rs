@@ -179,8 +179,11 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
         } else {
             Condition::plane(t, predicted)
         };
-        let reach = 0.3 * stride + 4.0 * tie;
+        // Close before a face that the curve meets at a low angle, the step is
+        // short and the way along the face is not.
+        let reach = 0.3 * stride + 1e-3 * size;
         let ties = [Condition::Tie(triple[0], triple[1]), Condition::Tie(triple[0], triple[2])];
+        if super::contour::DBG.with(|d| d.get()) { eprintln!("  step x {x} t {t} last {last} exit {exit:?} stride {stride} leaving {leaving} inward {:?}", cage.inward.map(|n| (n.dot(t), n.dot(x)))); for (k, n) in cage.inward.iter().enumerate() { eprintln!("     face {k} height {}", n.dot(x - cage.on_face(k))); } }
         let Some(mut y) = solve(probe.field(), [ties[0], ties[1], third], predicted, reach, tolerance) else {
             length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
             continue;
@@ -198,6 +201,10 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
                     length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
                     continue;
                 };
+                if cage.excess(at, usize::MAX) > 1e-9 * size {
+                    length = stride * 0.4;
+                    continue;
+                }
                 y = at;
                 left_part = Some(coping);
             }
@@ -300,6 +307,11 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
                 length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
                 continue 'step;
             }
+        }
+        let beside = if leaving && left_part.is_none() { exit.0 } else { usize::MAX };
+        if cage.excess(y, beside) > 1e-9 * size {
+            length = stride * 0.4;
+            continue;
         }
         *walls = carried;
         if let Some(coping) = left_part {
