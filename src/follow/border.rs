@@ -79,7 +79,7 @@ pub fn follow(
                     return (BorderStop::Lost { at }, kinks);
                 };
                 let fence = fences[k];
-                let next = probe.walls().neighbour(fence.face, fence.edge).filter(|&f| probe.field().is_coping(f));
+                let next = probe.walls().neighbour_beside(fence.face, fence.edge, at).filter(|&f| probe.field().is_coping(f));
                 let Some(next) = next else { if std::env::var("DBG7").is_ok() { eprintln!("BWALL at {at} {arrived:?} fence {fence:?} wall");} return (BorderStop::Lost { at }, kinks) };
                 let normal = probe.field().normal(next);
                 kinks.push(Kink { at, pair: arrived });

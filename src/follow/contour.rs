@@ -190,6 +190,7 @@ enum Step {
     Stop(Stop),
     Moved,
     Shorten,
+    ShortenTo(f64),
 }
 
 impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
@@ -207,6 +208,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             match self.step(length) {
                 Step::Stop(stop) => return stop,
                 Step::Moved => length = (2.0 * length).min(self.size),
+                Step::ShortenTo(most) => length = most,
                 Step::Shorten => {
                     length = length.min(self.size) * 0.4;
                     if length < shortest {
@@ -216,6 +218,11 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
         }
         if DBG.with(|d| d.get()) { eprintln!("MOST STEPS or shortest {length}"); }
+        // At a knife edge the walls meet and the sheet ends on them.
+        let d = distance_to(self.probe.field(), self.x, self.pair.left).0;
+        if d < 1e-3 * self.size {
+            return Stop::Fades { at: self.x, pair: self.pair };
+        }
         Stop::Lost { at: self.x }
     }
 
@@ -267,6 +274,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 // A facet of the same wall counts to rounding, so that all who
                 // come here agree; another wall only beyond a tie.
                 match self.slide(y, pair, foot.face) {
+                    // Where the footpoints leave their triangles, what stands
+                    // between is seen only by steps no longer than the ball.
+                    Some(_) if stride > 1.01 * d => return Step::ShortenTo(d),
                     Some(next) => pair = next,
                     None if foot.distance >= d - self.tie => clear = true,
                     None => return self.meet(y, pair, foot.face),
