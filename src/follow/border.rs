@@ -98,6 +98,8 @@ pub fn follow(
                 }
                 return (BorderStop::Node { fan, arrived, coping }, kinks);
             }
+            // A patch of coping has no stations.
+            Stop::Station { .. } => return (BorderStop::Lost { at: x }, kinks),
             Stop::Fades { at, .. } | Stop::Lost { at } => { if std::env::var("DBG7").is_ok() { eprintln!("BFADE at {at} {pair:?} feet {:?} {:?} start {start} x {x} coping {coping:?}", probe.field().footpoint_on(at, pair.left), probe.field().footpoint_on(at, pair.right));}
                 return (BorderStop::Lost { at }, kinks);
             }
