@@ -92,8 +92,10 @@ pub struct TetSurface {
     pub triangles: Vec<[VertexKey; 3]>,
     /// Faces that should have had a vertex where a curve came through.
     pub seeds: Vec<(FaceKey, FaceSeed)>,
-    /// Places where a loop does not close.
+    /// Places where a follower was lost or a loop does not close.
     pub open: Vec<DVec3>,
+    /// Loops closed by matching ports instead of following.
+    pub matched: u32,
 }
 
 /// Where a strand end plugs in.
@@ -157,6 +159,7 @@ pub fn solve_tet(
     work.contours();
     work.face_ends();
     work.curves();
+    work.match_open_ports();
     work.chain();
     work.cut_polygons();
     work.out
@@ -530,13 +533,14 @@ impl Work<'_, '_> {
         }
     }
 
-    /// Joins strands to loops.
-    fn chain(&mut self) {
+    /// Ports under their common name where a crease joins two.
+    fn aliases(&self) -> FxHashMap<Port, Port> {
+        self.bridges.iter().map(|&(a, b)| (b, a)).collect()
+    }
+
+    /// Strand ends at each port.
+    fn plugged(&self, alias: &FxHashMap<Port, Port>) -> FxHashMap<Port, SmallVec<[(usize, usize); 2]>> {
         let mut plugged: FxHashMap<Port, SmallVec<[(usize, usize); 2]>> = FxHashMap::default();
-        let mut alias: FxHashMap<Port, Port> = FxHashMap::default();
-        for &(a, b) in &self.bridges {
-            alias.insert(b, a);
-        }
         for (s, strand) in self.strands.iter().enumerate() {
             for side in 0..2 {
                 let port = strand.ports[side];
@@ -544,6 +548,74 @@ impl Work<'_, '_> {
                 plugged.entry(port).or_default().push((s, side));
             }
         }
+        plugged
+    }
+
+    /// Where a curve was lost, or a sheet stops being one on the way: closes
+    /// each sheet's loop from its face contours alone. Ports with one strand
+    /// are joined in pairs, those first whose walls lie most alike.
+    fn match_open_ports(&mut self) {
+        let alias = self.aliases();
+        let plugged = self.plugged(&alias);
+        let mut open: Vec<(Port, VertexKey, DVec3, [DVec3; 2])> = Vec::new();
+        for (port, ends) in &plugged {
+            if let [(strand, side)] = ends[..] {
+                let vertex = self.strands[strand].vertices[side];
+                let at = self.position(vertex);
+                if let Some(pair) = self.pair_at(*port) {
+                    let away = |w: FaceId| distance_to(self.probe.field(), at, w).1;
+                    open.push((*port, vertex, at, [away(pair.left), away(pair.right)]));
+                }
+            }
+        }
+        open.sort_by_key(|o| o.0);
+        let unlike = |a: &[DVec3; 2], b: &[DVec3; 2]| {
+            (a[0].distance(b[0]) + a[1].distance(b[1])).min(a[0].distance(b[1]) + a[1].distance(b[0]))
+        };
+        let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
+        for i in 0..open.len() {
+            for j in i + 1..open.len() {
+                candidates.push((unlike(&open[i].3, &open[j].3), i, j));
+            }
+        }
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut taken = vec![false; open.len()];
+        for (_, i, j) in candidates {
+            if taken[i] || taken[j] || open[i].1 == open[j].1 {
+                continue;
+            }
+            taken[i] = true;
+            taken[j] = true;
+            self.out.matched += 1;
+            self.strands.push(Strand {
+                ports: [open[i].0, open[j].0],
+                vertices: [open[i].1, open[j].1],
+                between: Vec::new(),
+                line: Line::FadingBorder,
+            });
+        }
+    }
+
+    /// The walls of the sheet at a port.
+    fn pair_at(&self, port: Port) -> Option<Pair> {
+        match port {
+            Port::Crossing(edge, n) => {
+                let c = self.crossings.get(&edge)?.get(n as usize)?;
+                Some(Pair { left: c.walls[0], right: c.walls[1] })
+            }
+            Port::Spoke { face, node, spoke } => {
+                Some(self.faces[face as usize].nodes.get(node as usize)?.spokes.get(spoke as usize)?.pair)
+            }
+            Port::Sheet { .. } => {
+                self.ends.iter().flat_map(|e| &e.sheets).find(|s| s.0 == port).map(|s| s.1)
+            }
+        }
+    }
+
+    /// Joins strands to loops.
+    fn chain(&mut self) {
+        let alias = self.aliases();
+        let plugged = self.plugged(&alias);
         let mut used = vec![false; self.strands.len()];
         for first in 0..self.strands.len() {
             if used[first] {

@@ -112,6 +112,8 @@ pub struct Walls<'a> {
     /// Wall triangles at each vertex: `around[first[v]..first[v + 1]]`.
     first: Vec<u32>,
     around: Vec<FaceId>,
+    /// Number of the connected piece of wall that each triangle belongs to.
+    pieces: Vec<u32>,
     patches: Patches,
     separation: Separation,
     tolerances: Tolerances,
@@ -155,8 +157,10 @@ impl<'a> Walls<'a> {
             around[next[v] as usize] = f;
             next[v] += 1;
         }
+        let pieces = pieces(triangles, vertices, |f| field.is_coping(f));
         Walls {
             field,
+            pieces,
             first,
             around,
             patches: Patches::new(field, &neighbours),
@@ -278,7 +282,10 @@ impl<'a> Walls<'a> {
     /// crosses.
     fn path(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
         /// How much longer than a taut one a path may be while it is searched.
-        const SEARCH_SLACK: f64 = 1.3;
+        const SEARCH_SLACK: f64 = 1.15;
+        if self.pieces[a.face.index()] != self.pieces[b.face.index()] {
+            return None;
+        }
         let mut seen: FxHashSet<FaceId> = FxHashSet::default();
         let mut open: BinaryHeap<(Reverse<Total>, u32)> = BinaryHeap::new();
         let mut ways = vec![Way { before: u32::MAX, face: a.face, walked: 0.0, at: a.point, edge: [a.point; 2] }];
@@ -319,6 +326,28 @@ impl<'a> Walls<'a> {
         }
         None
     }
+}
+
+/// Labels walls by connected piece: triangles that share a vertex are of one.
+fn pieces(triangles: &[[u32; 3]], vertices: usize, is_coping: impl Fn(FaceId) -> bool) -> Vec<u32> {
+    let mut root: Vec<u32> = (0..vertices as u32).collect();
+    fn find(root: &mut [u32], mut v: u32) -> u32 {
+        while root[v as usize] != v {
+            root[v as usize] = root[root[v as usize] as usize];
+            v = root[v as usize];
+        }
+        v
+    }
+    for (f, t) in triangles.iter().enumerate() {
+        if is_coping(FaceId(f as u32)) {
+            continue;
+        }
+        for k in 1..3 {
+            let (a, b) = (find(&mut root, t[0]), find(&mut root, t[k]));
+            root[a.max(b) as usize] = a.min(b);
+        }
+    }
+    triangles.iter().map(|t| find(&mut root, t[0])).collect()
 }
 
 /// Object angle of `x`, degrees: 180 between parallel walls.

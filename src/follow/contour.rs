@@ -470,6 +470,11 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         if ahead < -4.0 * self.tie || self.region.excess(at) > 1e-9 * self.size {
             return shorten(line!());
         }
+        if self.travelled == 0.0 && ahead <= 4.0 * self.tie {
+            // The branch point that the contour leaves: its walls come near
+            // again farther on, and a shorter step tells where.
+            return shorten(line!());
+        }
         if ahead > self.tie
             && let Some((place, exit)) = self.barrier(at, pair)
             && place.distance(self.x) < at.distance(self.x) + self.tie
