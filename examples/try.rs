@@ -24,7 +24,7 @@ fn main() {
     for (e, t) in &et {
         let line = mesh.lines.get(e);
         if t.len() == 1 && line.is_none() { cracks += 1; at.push(mesh.vertices[e.0 as usize].at); }
-        if t.len() > 2 && line.is_none() { bad += 1; }
+        if t.len() > 2 && line.is_none() { bad += 1; if bad < 6 { println!("  BAD {:.5} {:.5} tris {:?}", mesh.vertices[e.0 as usize].at, mesh.vertices[e.1 as usize].at, t.iter().map(|&t| mesh.triangles[t as usize].map(|v| mesh.vertices[v as usize].at)).collect::<Vec<_>>()); } }
     }
     let (fl, to) = tr.failures();
     println!("verts {} tris {} cracks {cracks} bad {bad} face-lost {} tet-open {} queries {} edgeq {:.2} prep {:?} run {:?}", mesh.vertices.len(), mesh.triangles.len(), fl.len(), to.len(), tr.found().queries, tr.found().edge_queries as f64 / tr.found().edges_solved as f64, t1-t0, t2 - t1);

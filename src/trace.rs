@@ -101,8 +101,10 @@ impl<'a> Tracer<'a> {
             faces.dedup();
             faces.retain(|f| !self.found.faces.contains_key(f));
             let mut todo = frontier;
+            let mut reached: Vec<FaceKey> = todo.iter().flat_map(|t| t.faces()).collect();
             for _ in 0..24 {
                 let touched = self.solve_faces(faces);
+                reached.extend(&touched);
                 // Tetrahedra solved before whose faces changed.
                 for face in &touched {
                     todo.extend(face.tetrahedra().into_iter().filter(|t| self.found.tets.contains_key(t)));
@@ -115,17 +117,19 @@ impl<'a> Tracer<'a> {
                 }
                 todo = faces.iter().flat_map(|f| f.tetrahedra()).filter(|t| self.found.tets.contains_key(t)).collect();
             }
-            frontier = self.next_frontier();
+            frontier = self.next_frontier(reached);
         }
     }
 
-    fn next_frontier(&self) -> Vec<TetKey> {
-        let mut next: Vec<TetKey> = self
-            .found
-            .faces
-            .iter()
-            .filter(|(_, c)| !c.arcs.is_empty() || !c.nodes.is_empty())
-            .flat_map(|(f, _)| f.tetrahedra())
+    /// Unsolved tetrahedra beside faces that the mid-surface crosses.
+    fn next_frontier(&self, mut faces: Vec<FaceKey>) -> Vec<TetKey> {
+        faces.sort_unstable();
+        faces.dedup();
+        let crossed = |f: &FaceKey| self.found.faces.get(f).is_some_and(|c| !c.arcs.is_empty() || !c.nodes.is_empty());
+        let mut next: Vec<TetKey> = faces
+            .into_iter()
+            .filter(crossed)
+            .flat_map(|f| f.tetrahedra())
             .filter(|t| !self.found.tets.contains_key(t))
             .collect();
         next.sort_unstable();
@@ -214,7 +218,7 @@ impl<'a> Tracer<'a> {
         let middle = corners.iter().sum::<DVec3>() / 3.0;
         let coping = probe.field().nearest_coping(middle, 1.2 * self.lattice.cell()).is_some();
         match Region::new(corners, if coping { Barrier::Coping } else { Barrier::None }) {
-            Some(region) => solve_face(probe, &region, sides, [true, true, false], seeds),
+            Some(region) => solve_face(probe, region, sides, [true, true, false], seeds),
             None => FaceContours::default(),
         }
     }
@@ -333,6 +337,7 @@ impl<'a> Tracer<'a> {
                 }
             }
         }
+        mesh.drop_pillows();
         mesh
     }
 

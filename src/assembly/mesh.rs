@@ -36,6 +36,30 @@ pub fn edge(a: u32, b: u32) -> (u32, u32) {
 }
 
 impl RawMesh {
+    /// Drops pairs of triangles on the same three corners. Where a sheet only
+    /// just bulges through a face, the pieces in both tetrahedra have all their
+    /// corners in that face, lie on each other and enclose nothing.
+    pub fn drop_pillows(&mut self) {
+        let sorted = |mut t: [u32; 3]| {
+            t.sort_unstable();
+            t
+        };
+        let mut count: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+        for &t in &self.triangles {
+            *count.entry(sorted(t)).or_default() += 1;
+        }
+        if count.len() == self.triangles.len() {
+            return;
+        }
+        self.triangles.retain(|&t| {
+            let n = count.entry(sorted(t)).or_default();
+            // Of an odd number one stays, the first.
+            let stays = *n % 2 == 1;
+            *n = 0;
+            stays
+        });
+    }
+
     /// Triangles at each edge, edges in ascending order.
     pub fn edge_triangles(&self) -> Vec<((u32, u32), SmallVec<[u32; 3]>)> {
         let mut all: Vec<((u32, u32), u32)> = Vec::with_capacity(3 * self.triangles.len());

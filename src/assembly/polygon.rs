@@ -13,16 +13,22 @@ use glam::DVec3;
 pub fn triangulate(points: &[DVec3], forbidden: impl Fn(usize, usize) -> bool) -> Option<Vec<[usize; 3]>> {
     /// Weight of shape against area.
     const SHAPE: f64 = 0.02;
+    /// Weight of a triangle that faces the other way than the polygon.
+    const FOLDED: f64 = 4.0;
     let n = points.len();
     if n < 3 {
         return Some(Vec::new());
     }
+    let up = normal(points).normalize_or_zero();
     let cost = |i: usize, j: usize, k: usize| {
         let (a, b, c) = (points[i], points[j], points[k]);
-        let area = 0.5 * (b - a).cross(c - a).length();
+        let cross = (b - a).cross(c - a);
+        let area = 0.5 * cross.length();
         let sides = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
         let quality = 4.0 * 3f64.sqrt() * area / sides.max(1e-300);
-        area + SHAPE * sides * (1.0 - quality)
+        // Beside a concave bend of a border a triangle may lie over another.
+        let folded = if cross.dot(up) < -1e-12 * sides { FOLDED * sides } else { 0.0 };
+        area + SHAPE * sides * (1.0 - quality) + folded
     };
     let allowed = |i: usize, j: usize| j == i + 1 || (i == 0 && j == n - 1) || !forbidden(i, j);
     // best[i][j]: cost of the polygon i, i+1, .. j closed by the diagonal j-i.

@@ -92,8 +92,10 @@ pub struct TetSurface {
     pub triangles: Vec<[VertexKey; 3]>,
     /// Faces that should have had a vertex where a curve came through.
     pub seeds: Vec<(FaceKey, FaceSeed)>,
-    /// Places where a loop does not close.
+    /// Places where a follower was lost or a loop does not close.
     pub open: Vec<DVec3>,
+    /// Loops closed by matching ports instead of following.
+    pub matched: u32,
 }
 
 /// Where a strand end plugs in.
@@ -102,6 +104,19 @@ enum Port {
     Crossing(EdgeKey, u16),
     Spoke { face: u8, node: u16, spoke: u16 },
     Sheet { inner: u16, sheet: u16 },
+}
+
+/// Strand ends, sorted by the port that they plug into.
+struct Plugs {
+    ends: Vec<(Port, usize, usize)>,
+}
+
+impl Plugs {
+    fn at(&self, port: Port) -> &[(Port, usize, usize)] {
+        let from = self.ends.partition_point(|e| e.0 < port);
+        let to = self.ends.partition_point(|e| e.0 <= port);
+        &self.ends[from..to]
+    }
 }
 
 struct Strand {
@@ -157,6 +172,7 @@ pub fn solve_tet(
     work.contours();
     work.face_ends();
     work.curves();
+    work.match_open_ports();
     work.chain();
     work.cut_polygons();
     work.out
@@ -264,13 +280,13 @@ impl Work<'_, '_> {
             })
             .collect();
         if slots.len() != end.sheets.len() {
-            self.note(line!(), end.at);
+            self.out.open.push(end.at);
             return;
         }
         let mut carried = walls;
         let stop = seam::follow(self.probe, self.cage, end.at, &mut carried, towards);
         let line = if end.sheets.len() == 1 { Line::FadingBorder } else { Line::Seam };
-        let arrived = match stop.clone() {
+        let arrived = match stop {
             CurveStop::Face { face, at } => match self.end_near(from, at, Some(face), false) {
                 Some(k) => Some(k),
                 None => {
@@ -298,14 +314,12 @@ impl Work<'_, '_> {
                 self.ray_near(from, at, back)
             }
             CurveStop::Lost { at } => {
-                self.note(line!(), at);
+                self.out.open.push(at);
                 return;
             }
         };
         let Some(to) = arrived else {
-            if std::env::var("DBG6").is_ok() { eprintln!("NOARRIVE from {end:?} carried {carried:?} stop {stop:?} ends {:#?} places {:?}", self.ends.iter().map(|e| (e.vertex, e.at, e.done, e.sheets.len())).collect::<Vec<_>>(), self.places);
-              if let CurveStop::Junction{at, distance} = stop { eprintln!("STAR {:?}", star(self.probe, at, distance)); for f in self.probe.feet.iter() { eprintln!("   {f:?}"); } } }
-            self.note(line!(), end.at);
+            self.out.open.push(end.at);
             return;
         };
         self.ends[to].done = true;
@@ -334,11 +348,11 @@ impl Work<'_, '_> {
                         line,
                     });
                 }
-                _ => self.note(line!(), x),
+                _ => self.out.open.push(x),
             }
         }
         if taken.iter().any(|t| !t) {
-            self.note(line!(), x);
+            self.out.open.push(x);
         }
     }
 
@@ -362,12 +376,12 @@ impl Work<'_, '_> {
                 self.border_end_near(from, fan.at, back)
             }
             BorderStop::Lost { at } => {
-                self.note(line!(), at);
+                self.out.open.push(at);
                 return;
             }
         };
         let Some(to) = arrived else {
-            self.note(line!(), end.at);
+            self.out.open.push(end.at);
             return;
         };
         self.ends[to].done = true;
@@ -530,20 +544,94 @@ impl Work<'_, '_> {
         }
     }
 
-    /// Joins strands to loops.
-    fn chain(&mut self) {
-        let mut plugged: FxHashMap<Port, SmallVec<[(usize, usize); 2]>> = FxHashMap::default();
-        let mut alias: FxHashMap<Port, Port> = FxHashMap::default();
-        for &(a, b) in &self.bridges {
-            alias.insert(b, a);
-        }
+    /// The common name of a port, where a crease joins two.
+    fn common(&self, port: Port) -> Port {
+        self.bridges.iter().find(|b| b.1 == port).map_or(port, |b| b.0)
+    }
+
+    /// Strand ends by port: a tetrahedron has a handful.
+    fn plugged(&self) -> Plugs {
+        let mut ends: Vec<(Port, usize, usize)> = Vec::with_capacity(2 * self.strands.len());
         for (s, strand) in self.strands.iter().enumerate() {
             for side in 0..2 {
-                let port = strand.ports[side];
-                let port = alias.get(&port).copied().unwrap_or(port);
-                plugged.entry(port).or_default().push((s, side));
+                ends.push((self.common(strand.ports[side]), s, side));
             }
         }
+        ends.sort_unstable();
+        Plugs { ends }
+    }
+
+    /// Where a curve was lost, or a sheet stops being one on the way: closes
+    /// each sheet's loop from its face contours alone. Ports with one strand
+    /// are joined in pairs, those first whose walls lie most alike.
+    fn match_open_ports(&mut self) {
+        let plugged = self.plugged();
+        let mut open: Vec<(Port, VertexKey, DVec3, [DVec3; 2])> = Vec::new();
+        for ends in plugged.ends.chunk_by(|a, b| a.0 == b.0) {
+            if let [(port, strand, side)] = ends[..] {
+                let vertex = self.strands[strand].vertices[side];
+                let at = self.position(vertex);
+                if let Some(pair) = self.pair_at(port) {
+                    let away = |w: FaceId| distance_to(self.probe.field(), at, w).1;
+                    open.push((port, vertex, at, [away(pair.left), away(pair.right)]));
+                }
+            }
+        }
+        let unlike = |a: &[DVec3; 2], b: &[DVec3; 2]| {
+            (a[0].distance(b[0]) + a[1].distance(b[1])).min(a[0].distance(b[1]) + a[1].distance(b[0]))
+        };
+        let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
+        for i in 0..open.len() {
+            for j in i + 1..open.len() {
+                candidates.push((unlike(&open[i].3, &open[j].3), i, j));
+            }
+        }
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut taken = vec![false; open.len()];
+        for (_, i, j) in candidates {
+            if taken[i] || taken[j] {
+                continue;
+            }
+            taken[i] = true;
+            taken[j] = true;
+            self.out.matched += 1;
+            if open[i].1 == open[j].1 {
+                self.bridges.push((open[i].0, open[j].0));
+                continue;
+            }
+            // A contour missing in a face is missing for the neighbour too:
+            // unless both close it alike it shows as a crack.
+            let in_face = |p: Port| matches!(p, Port::Crossing(..));
+            let line =
+                if in_face(open[i].0) || in_face(open[j].0) { Line::Sheet } else { Line::FadingBorder };
+            self.strands.push(Strand {
+                ports: [open[i].0, open[j].0],
+                vertices: [open[i].1, open[j].1],
+                between: Vec::new(),
+                line,
+            });
+        }
+    }
+
+    /// The walls of the sheet at a port.
+    fn pair_at(&self, port: Port) -> Option<Pair> {
+        match port {
+            Port::Crossing(edge, n) => {
+                let c = self.crossings.get(&edge)?.get(n as usize)?;
+                Some(Pair { left: c.walls[0], right: c.walls[1] })
+            }
+            Port::Spoke { face, node, spoke } => {
+                Some(self.faces[face as usize].nodes.get(node as usize)?.spokes.get(spoke as usize)?.pair)
+            }
+            Port::Sheet { .. } => {
+                self.ends.iter().flat_map(|e| &e.sheets).find(|s| s.0 == port).map(|s| s.1)
+            }
+        }
+    }
+
+    /// Joins strands to loops.
+    fn chain(&mut self) {
+        let plugged = self.plugged();
         let mut used = vec![false; self.strands.len()];
         for first in 0..self.strands.len() {
             if used[first] {
@@ -566,14 +654,10 @@ impl Work<'_, '_> {
                     polygon.corners.push(v);
                     polygon.lines.push(s.line);
                 }
-                let port = s.ports[1 - side];
-                let port = alias.get(&port).copied().unwrap_or(port);
-                let others = &plugged[&port];
-                if others.len() != 2 {
-                    break false;
-                }
+                let others = plugged.at(self.common(s.ports[1 - side]));
+                let [p, q] = others else { break false };
                 let here = (strand, 1 - side);
-                let next = if others[0] == here { others[1] } else { others[0] };
+                let next = if (p.1, p.2) == here { (q.1, q.2) } else { (p.1, p.2) };
                 if used[next.0] {
                     break next == (first, 0);
                 }
@@ -584,7 +668,7 @@ impl Work<'_, '_> {
             } else {
                 let s = &self.strands[strand];
                 let v = s.vertices[1 - side];
-                let at = self.position(v); self.note(line!(), at);
+                self.out.open.push(self.position(v));
             }
         }
     }
@@ -634,8 +718,6 @@ impl Work<'_, '_> {
         };
         (0..4).map(|f| (on(f) as u8) << f).sum()
     }
-
-    fn note(&mut self, line: u32, at: DVec3) { if std::env::var("DBG4").is_ok() { eprintln!("open line {line} at {at}"); } self.out.open.push(at); }
 
     fn position(&self, vertex: VertexKey) -> DVec3 {
         match vertex {

@@ -3,12 +3,13 @@
 use std::fmt;
 use std::str::FromStr;
 
+use midsurf::extract::Cell;
 use serde::{Serialize, Serializer};
 
 /// Edge length of the lattice cells, absolute or relative to the part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum CellSize {
-    /// Chosen from the wall thickness.
+    /// The median wall thickness.
     Auto,
     /// Part units.
     Length(f64),
@@ -52,6 +53,17 @@ impl fmt::Display for CellSize {
             CellSize::Length(value) => write!(f, "{value}"),
             CellSize::Thicknesses(value) => write!(f, "{value}t"),
             CellSize::Percent(value) => write!(f, "{value}%"),
+        }
+    }
+}
+
+impl From<CellSize> for Cell {
+    fn from(size: CellSize) -> Cell {
+        match size {
+            CellSize::Auto => Cell::Auto,
+            CellSize::Length(length) => Cell::Length(length),
+            CellSize::Thicknesses(factor) => Cell::Thicknesses(factor),
+            CellSize::Percent(percent) => Cell::Percent(percent),
         }
     }
 }

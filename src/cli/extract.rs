@@ -3,24 +3,24 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 
+use midsurf::extract::{DEFAULT_ANGLE, Settings, extract};
 use midsurf::io::write::{
-    SurfaceOptions, WriteError, check_target, files_for, stage, stage_surface,
+    Staged, SurfaceOptions, WriteError, check_target, files_for, stage, stage_surface,
 };
+use midsurf::mesh::PartOptions;
 use midsurf::mesh::midsurface::MidSurface;
-use midsurf::mesh::{Part, PartOptions};
-use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::cell::CellSize;
 use super::failure::Failure;
 use super::info::figure;
-use super::input::{Input, Warning, print_warnings};
+use super::input::{Input, print_warnings};
+use super::memory::Bytes;
 use super::progress::Progress;
+use super::report::{Report, Seconds};
 use super::say;
-
-/// Version of the JSON report's layout.
-const REPORT_SCHEMA: u32 = 1;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -29,7 +29,18 @@ Examples:
   midsurf extract part.obj --coping part.coping.txt --cell 1.0 -o mid.obj --json report.json
 
 The suffix of -o tells the format: .obj (one group a sheet, with NAME.thickness.csv
-beside it), .ply and .vtu (with thickness), .stl. An open part is refused;
+beside it), .ply and .vtu (with thickness), .stl. Without -o only the summary is
+printed.
+
+A sheet ends where the angle between its two footpoints falls below --angle: a
+web a quarter as thick as the wall that it stands on still has 28 degrees there.
+Fins into sharp outer corners are dropped at any angle, unless --keep-fins.
+
+Features smaller than two cells (a vent, a small hole) may be closed over; the
+report says which. A cell so small that the lattice would need more than
+--memory-limit is refused, with the smallest cell that fits.
+
+An open part is refused;
 --allow-open goes on all the same, but inside and outside are then guesses near
 the gaps, and sheets may be missing or cut short there.
 
@@ -39,13 +50,12 @@ Exit codes: 0 done, 1 done but the result has cracks, 2 wrong usage or bad input
 /// Extract the mid-surface of a part.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-#[command(group = clap::ArgGroup::new("outputs").required(true).multiple(true).args(["output", "json"]))]
 pub(super) struct Args {
     /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
-    part: PathBuf,
+    pub(super) part: PathBuf,
     /// Coping tags: text, or TOML if the name ends in .toml
     #[arg(long, value_name = "FILE")]
-    coping: Option<PathBuf>,
+    pub(super) coping: Option<PathBuf>,
     /// Cell size: a length, `0.5t` (wall thicknesses), `1%` (of the diagonal), or auto
     #[arg(
         long,
@@ -53,56 +63,46 @@ pub(super) struct Args {
         default_value = "auto",
         allow_negative_numbers = true
     )]
-    cell: CellSize,
+    pub(super) cell: CellSize,
     /// Smallest object angle of a sheet in degrees, between 0 and 180
-    #[arg(long, value_name = "DEG", value_parser = angle, allow_negative_numbers = true)]
-    angle: Option<f64>,
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = DEFAULT_ANGLE,
+        value_parser = angle,
+        allow_negative_numbers = true
+    )]
+    pub(super) angle: f64,
     /// Threads to use; the result does not depend on it
     #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    pub(super) threads: Option<u16>,
     /// Output file; repeat for several formats
     #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
+    pub(super) output: Vec<PathBuf>,
     /// Write a report as JSON; `-` for stdout
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    pub(super) json: Option<PathBuf>,
     /// Keep the fins that run into convex edges of one wall
     #[arg(long)]
-    keep_fins: bool,
+    pub(super) keep_fins: bool,
     /// Go on when the part has gaps
     #[arg(long)]
-    allow_open: bool,
+    pub(super) allow_open: bool,
     /// Merge vertices of the part within this distance
     #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
-    weld: Option<f64>,
+    pub(super) weld: Option<f64>,
+    /// Refuse cells so small that the lattice would need more memory than this
+    #[arg(long, value_name = "SIZE", default_value = "8G", allow_negative_numbers = true)]
+    pub(super) memory_limit: Bytes,
     /// Write seams and borders into OBJ files too, as lines
     #[arg(long)]
-    obj_lines: bool,
+    pub(super) obj_lines: bool,
     /// Print errors and nothing else
     #[arg(short, long, conflicts_with = "verbose")]
     quiet: bool,
     /// Print more; twice for all
     #[arg(short, long, action = clap::ArgAction::Count)]
     verbose: u8,
-}
-
-/// Settings of the extraction, checked.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Settings {
-    cell: CellSize,
-    angle: Option<f64>,
-    keep_fins: bool,
-}
-
-/// What the extraction hands back.
-struct Extraction {
-    surface: MidSurface,
-    cracks: usize,
-    /// Counts, areas, times: goes into the report as it is.
-    facts: Value,
-    /// Lines for stderr.
-    summary: Vec<String>,
-    warnings: Vec<Warning>,
 }
 
 fn angle(text: &str) -> Result<f64, String> {
@@ -127,41 +127,63 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             .num_threads(usize::from(threads))
             .build_global();
     }
+    let start = Instant::now();
     let progress = Progress::new(args.quiet);
-    progress.stage("reading", 0);
+    progress.show("reading", 0, 0);
     let options = PartOptions {
         allow_open: args.allow_open,
         weld: args.weld,
     };
     let input = Input::read(&args.part, args.coping.as_deref(), options)?;
+    let read = start.elapsed().as_secs_f64();
     if !args.quiet {
         progress.aside(|| print_warnings(&input.warnings));
     }
     if args.verbose > 0 {
         progress.aside(|| describe(&input));
     }
-    let settings = Settings {
-        cell: args.cell,
-        angle: args.angle,
-        keep_fins: args.keep_fins,
-    };
-    let extraction = extract(&input.part, &settings, &progress)?;
+    let show = |stage, done, expected| progress.show(stage, done, expected);
+    let result = extract(&input.part, &args.settings(), &show)
+        .map_err(|error| Failure::extract(&error, &args.part))?;
+    if result.surface.triangles.is_empty() {
+        return Err(Failure::no_result(
+            format!("{}: no mid-surface was found", args.part.display()),
+            "check the coping tags with `midsurf tags PART TAGS`, and take a smaller --cell",
+        ));
+    }
 
-    progress.stage("writing", 0);
-    let report = report(&args, &input, &settings, &extraction);
-    write(&args, &extraction.surface, &report)?;
+    progress.show("writing", 0, 0);
+    let staged = stage_outputs(&args, &result.surface)?;
+    let seconds = Seconds {
+        read,
+        write: start.elapsed().as_secs_f64() - read - Seconds::of_work(&result.work),
+        total: start.elapsed().as_secs_f64(),
+    };
+    let report = Report::new(&input, &result, seconds);
+    finish(&args, staged, &report.json(&args, &input, &result))?;
     drop(progress);
     if !args.quiet {
-        print_warnings(&extraction.warnings);
-        for line in &extraction.summary {
+        print_warnings(&report.warnings);
+        for line in report.summary(&result, args.verbose) {
             say(format_args!("{line}"));
         }
     }
-    Ok(if extraction.cracks > 0 {
-        ExitCode::from(1)
-    } else {
+    Ok(if result.cracks.is_empty() {
         ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
     })
+}
+
+impl Args {
+    fn settings(&self) -> Settings {
+        Settings {
+            cell: self.cell.into(),
+            min_angle: self.angle,
+            keep_fins: self.keep_fins,
+            memory_limit: self.memory_limit.0,
+        }
+    }
 }
 
 /// What was read, for `--verbose`.
@@ -181,18 +203,6 @@ fn describe(input: &Input) {
             figure(rule.area)
         ));
     }
-}
-
-/// The extraction proper.
-fn extract(
-    _part: &Part,
-    _settings: &Settings,
-    _progress: &Progress,
-) -> Result<Extraction, Failure> {
-    Err(Failure::no_result(
-        "extraction not linked",
-        "this build reads and checks parts only",
-    ))
 }
 
 /// Refuses outputs that could not be written, or that would overwrite an
@@ -246,37 +256,8 @@ fn identity(file: &Path) -> PathBuf {
     }
 }
 
-fn report(args: &Args, input: &Input, settings: &Settings, extraction: &Extraction) -> Value {
-    let bounds = input.part.bounds();
-    let warnings: Vec<&Warning> = input.warnings.iter().chain(&extraction.warnings).collect();
-    json!({
-        "schema": REPORT_SCHEMA,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
-        "input": {
-            "part": input.file,
-            "sha256": input.sha256,
-            "geometry": input.geometry,
-            "coping": args.coping,
-            "triangles": input.part.triangle_count(),
-            "coping_triangles": input.part.coping_count(),
-            "closed": input.part.is_closed(),
-            "volume": input.part.volume(),
-            "area": input.part.area(),
-            "min": bounds.min,
-            "max": bounds.max,
-            "coping_rules": input.rules.len(),
-        },
-        "settings": settings,
-        "result": extraction.facts,
-        "cracks": extraction.cracks,
-        "outputs": args.output,
-        "warnings": warnings,
-    })
-}
-
-/// Writes all files under passing names first, so that either all or none
-/// appear as far as one process can see to it.
-fn write(args: &Args, surface: &MidSurface, report: &Value) -> Result<(), Failure> {
+/// Writes the surface under passing names.
+fn stage_outputs(args: &Args, surface: &MidSurface) -> Result<Vec<Staged>, Failure> {
     let options = SurfaceOptions {
         obj_lines: args.obj_lines,
     };
@@ -284,6 +265,12 @@ fn write(args: &Args, surface: &MidSurface, report: &Value) -> Result<(), Failur
     for file in &args.output {
         staged.extend(stage_surface(surface, file, options).map_err(Failure::output)?);
     }
+    Ok(staged)
+}
+
+/// Adds the report, then gives all files their names, so that either all or
+/// none appear as far as one process can see to it.
+fn finish(args: &Args, mut staged: Vec<Staged>, report: &Value) -> Result<(), Failure> {
     if let Some(file) = json_file(args) {
         let write = |out: &mut dyn Write| writeln!(out, "{report:#}");
         staged.push(stage(file, write).map_err(Failure::output)?);
@@ -292,7 +279,9 @@ fn write(args: &Args, surface: &MidSurface, report: &Value) -> Result<(), Failur
         file.commit().map_err(Failure::output)?;
     }
     if args.json.is_some() && json_file(args).is_none() {
-        writeln!(io::stdout().lock(), "{report:#}")?;
+        let mut out = io::stdout().lock();
+        writeln!(out, "{report:#}")?;
+        out.flush()?;
     }
     Ok(())
 }

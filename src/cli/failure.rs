@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+use midsurf::extract::ExtractError;
 use midsurf::io::{LoadedMesh, Place};
 use midsurf::mesh::PartError;
 use miette::{Diagnostic, Report};
@@ -36,6 +37,23 @@ impl Failure {
         Failure::input(Explained {
             message,
             help: error.help().map(|help| help.to_string()),
+        })
+    }
+
+    /// Settings that do not fit the part.
+    pub(super) fn extract(error: &ExtractError, file: &Path) -> Failure {
+        let help = match error {
+            ExtractError::BadCell(_) => "give a positive length, or leave --cell away",
+            ExtractError::NoThickness => {
+                "`midsurf tags PART TAGS` shows what is tagged; --cell takes a length"
+            }
+            ExtractError::TooFine { .. } => {
+                "take a larger --cell, or raise --memory-limit if the machine has more memory"
+            }
+        };
+        Failure::input(Explained {
+            message: format!("{}: {error}", file.display()),
+            help: Some(help.to_owned()),
         })
     }
 

@@ -4,6 +4,8 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use midsurf::field::Field;
+use midsurf::field::thickness::ThicknessProfile;
 use midsurf::mesh::{EdgeCensus, Part, PartOptions};
 use serde::Serialize;
 
@@ -79,9 +81,19 @@ struct Thickness {
     p95: f64,
 }
 
-/// Wall thickness percentiles of a part.
-fn wall_thickness(_part: &Part) -> Option<Thickness> {
-    None
+/// Points of the walls at which the thickness is measured.
+const THICKNESS_SAMPLES: usize = 4000;
+
+/// Wall thickness percentiles of a part; none where no wall faces another.
+fn wall_thickness(part: &Part) -> Option<Thickness> {
+    let profile = ThicknessProfile::measure(&Field::new(part), THICKNESS_SAMPLES);
+    Some(Thickness {
+        p5: profile.percentile(5.0)?,
+        p25: profile.percentile(25.0)?,
+        p50: profile.percentile(50.0)?,
+        p75: profile.percentile(75.0)?,
+        p95: profile.percentile(95.0)?,
+    })
 }
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
@@ -209,7 +221,7 @@ impl Info {
                 figure(t.p75),
                 figure(t.p95)
             )?,
-            None => writeln!(out, "thickness    n/a")?,
+            None => writeln!(out, "thickness    unknown, no wall faces another")?,
         }
         for (kind, names) in [
             ("groups", &self.groups),

@@ -4,12 +4,16 @@
 //! one place, and turned into the exit code.
 
 mod cell;
+mod closed_over;
 mod extract;
 mod failure;
 mod info;
 mod input;
+mod memory;
 mod progress;
+mod report;
 mod tags;
+mod tally;
 
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;

@@ -1,6 +1,7 @@
 //! A progress bar, shown on a terminal only.
 
 use std::io::{self, IsTerminal};
+use std::sync::Mutex;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -9,6 +10,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// wants quiet. Can be shared between threads.
 pub(super) struct Progress {
     bar: ProgressBar,
+    /// Stage shown, and whether its number of steps is known.
+    shown: Mutex<(&'static str, bool)>,
 }
 
 impl Progress {
@@ -24,33 +27,36 @@ impl Progress {
         if visible {
             bar.enable_steady_tick(Duration::from_millis(200));
         }
-        Progress { bar }
+        Progress {
+            bar,
+            shown: Mutex::new(("", false)),
+        }
     }
 
-    /// Begins a stage of `total` steps; zero when the number is not known.
-    pub(super) fn stage(&self, name: &'static str, total: u64) {
-        let template = if total > 0 {
-            "{spinner} {msg:<24} {bar:32} {percent:>3} %  {elapsed}"
-        } else {
-            "{spinner} {msg:<24} {elapsed}"
-        };
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            self.bar.set_style(style);
+    /// Shows a stage with `done` of `total` steps; zero when the number is not
+    /// known. The total may grow as the work goes on.
+    pub(super) fn show(&self, stage: &'static str, done: u64, total: u64) {
+        // A poisoned lock still holds a name.
+        let mut shown = self.shown.lock().unwrap_or_else(|e| e.into_inner());
+        if *shown != (stage, total > 0) {
+            *shown = (stage, total > 0);
+            let template = if total > 0 {
+                "{spinner} {msg:<8} {bar:32} {human_pos} of {human_len}  {elapsed}"
+            } else {
+                "{spinner} {msg:<8} {elapsed}"
+            };
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                self.bar.set_style(style);
+            }
+            self.bar.set_message(stage);
         }
-        self.bar.set_position(0);
         self.bar.set_length(total);
-        self.bar.set_message(name);
+        self.bar.set_position(done);
     }
 
     /// Prints to stderr beside the bar.
     pub(super) fn aside(&self, print: impl FnOnce()) {
         self.bar.suspend(print);
-    }
-
-    /// Some steps of the stage are done.
-    #[expect(dead_code, reason = "for stages with a known number of steps")]
-    pub(super) fn advance(&self, steps: u64) {
-        self.bar.inc(steps);
     }
 }
 

@@ -34,6 +34,9 @@ const NARROWS: f64 = 0.8;
 /// Path against chord of a footpoint that slides along one smooth wall.
 const SLIDE_WAY: f64 = 1.1;
 
+/// Gap of two footpoints, against their distance, that is no jump yet.
+const HARDLY_MOVED: f64 = 0.1;
+
 /// Triangles looked at before a path counts as long.
 const PATH_BUDGET: usize = 4096;
 
@@ -112,6 +115,8 @@ pub struct Walls<'a> {
     /// Wall triangles at each vertex: `around[first[v]..first[v + 1]]`.
     first: Vec<u32>,
     around: Vec<FaceId>,
+    /// Number of the connected piece of wall that each triangle belongs to.
+    pieces: Vec<u32>,
     patches: Patches,
     separation: Separation,
     tolerances: Tolerances,
@@ -155,8 +160,10 @@ impl<'a> Walls<'a> {
             around[next[v] as usize] = f;
             next[v] += 1;
         }
+        let pieces = pieces(triangles, vertices, |f| field.is_coping(f) && field.normal(f) != DVec3::ZERO);
         Walls {
             field,
+            pieces,
             first,
             around,
             patches: Patches::new(field, &neighbours),
@@ -180,6 +187,29 @@ impl<'a> Walls<'a> {
     /// The triangle across edge `k` (from corner `k` to `k + 1`).
     pub fn neighbour(&self, face: FaceId, k: usize) -> Option<FaceId> {
         self.neighbours[face.index()][k]
+    }
+
+    /// The triangle across edge `k` beside `at`, hopping over triangles without
+    /// area that fill the gap where a long edge meets several short ones.
+    pub fn neighbour_beside(&self, face: FaceId, k: usize, at: DVec3) -> Option<FaceId> {
+        const MOST_HOPS: usize = 64;
+        let (mut from, mut next) = (face, self.neighbours[face.index()][k]?);
+        for _ in 0..MOST_HOPS {
+            if self.field.normal(next) != DVec3::ZERO {
+                return Some(next);
+            }
+            let corners = self.field.corners(next);
+            let gap = |j: usize| {
+                let edge = [corners[j], corners[(j + 1) % 3]];
+                straight_crossing(at, at, edge).distance(at)
+            };
+            let others = self.neighbours[next.index()];
+            let out = (0..3)
+                .filter(|&j| others[j].is_some_and(|n| n != from))
+                .min_by(|&i, &j| gap(i).total_cmp(&gap(j)))?;
+            (from, next) = (next, others[out]?);
+        }
+        None
     }
 
     /// The outline of the flat patch that a coping triangle belongs to: its
@@ -269,7 +299,30 @@ impl<'a> Walls<'a> {
             return true;
         }
         let chord = a.point.distance(b.point);
-        chord <= 4.0 * self.tolerances.tie || self.path(a, b, SLIDE_WAY * chord).is_some()
+        // Round a corner of a hole the way is long for a footpoint that has
+        // hardly moved, seen from the point that it belongs to.
+        let way = if chord <= HARDLY_MOVED * a.distance { LONGEST_WAY } else { SLIDE_WAY };
+        chord <= 4.0 * self.tolerances.tie || self.path(a, b, way * chord).is_some()
+    }
+
+    /// Whether a path may lead over a triangle: walls, and triangles without
+    /// area, which part nothing whatever their tag.
+    fn is_way(&self, face: FaceId) -> bool {
+        !self.field.is_coping(face) || self.field.normal(face) == DVec3::ZERO
+    }
+
+    /// The path between neighbours, over a common edge or corner.
+    fn path_over_one(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
+        let corners = self.field.corners(a.face);
+        let at = match self.neighbours[a.face.index()].iter().position(|&n| n == Some(b.face)) {
+            Some(k) => straight_crossing(a.point, b.point, [corners[k], corners[(k + 1) % 3]]),
+            None => {
+                let (s, t) = (self.indices[a.face.index()], self.indices[b.face.index()]);
+                corners[(0..3).find(|&k| t.contains(&s[k]))?]
+            }
+        };
+        let path = Path::of(&[a.point, at, b.point]);
+        (path.length <= length).then_some(path)
     }
 
     /// The path over wall triangles from `a` to `b`, if one of at most
@@ -278,7 +331,13 @@ impl<'a> Walls<'a> {
     /// crosses.
     fn path(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
         /// How much longer than a taut one a path may be while it is searched.
-        const SEARCH_SLACK: f64 = 1.3;
+        const SEARCH_SLACK: f64 = 1.15;
+        if self.pieces[a.face.index()] != self.pieces[b.face.index()] {
+            return None;
+        }
+        if let Some(path) = self.path_over_one(a, b, length) {
+            return Some(path);
+        }
         let mut seen: FxHashSet<FaceId> = FxHashSet::default();
         let mut open: BinaryHeap<(Reverse<Total>, u32)> = BinaryHeap::new();
         let mut ways = vec![Way { before: u32::MAX, face: a.face, walked: 0.0, at: a.point, edge: [a.point; 2] }];
@@ -306,7 +365,7 @@ impl<'a> Walls<'a> {
             };
             for k in 0..3 {
                 let next = self.neighbours[way.face.index()][k];
-                if let Some(next) = next.filter(|&n| !self.field.is_coping(n) && !seen.contains(&n)) {
+                if let Some(next) = next.filter(|&n| self.is_way(n) && !seen.contains(&n)) {
                     step(next, [corners[k], corners[(k + 1) % 3]]);
                 }
                 // Two walls may touch in a corner only, where a third one ends.
@@ -319,6 +378,28 @@ impl<'a> Walls<'a> {
         }
         None
     }
+}
+
+/// Labels walls by connected piece: triangles that share a vertex are of one.
+fn pieces(triangles: &[[u32; 3]], vertices: usize, is_coping: impl Fn(FaceId) -> bool) -> Vec<u32> {
+    let mut root: Vec<u32> = (0..vertices as u32).collect();
+    fn find(root: &mut [u32], mut v: u32) -> u32 {
+        while root[v as usize] != v {
+            root[v as usize] = root[root[v as usize] as usize];
+            v = root[v as usize];
+        }
+        v
+    }
+    for (f, t) in triangles.iter().enumerate() {
+        if is_coping(FaceId(f as u32)) {
+            continue;
+        }
+        for k in 1..3 {
+            let (a, b) = (find(&mut root, t[0]), find(&mut root, t[k]));
+            root[a.max(b) as usize] = a.min(b);
+        }
+    }
+    triangles.iter().map(|t| find(&mut root, t[0])).collect()
 }
 
 /// Object angle of `x`, degrees: 180 between parallel walls.
@@ -376,19 +457,25 @@ fn taut(ways: &[Way], last: u32, end: DVec3) -> Path {
             points[k] = straight_crossing(points[k - 1], points[k + 1], edges[k - 1]);
         }
     }
-    let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
-    let at = |wanted: f64| {
-        let mut walked = 0.0;
-        for w in points.windows(2) {
-            let step = w[0].distance(w[1]);
-            if walked + step >= wanted && step > 0.0 {
-                return w[0].lerp(w[1], (wanted - walked) / step);
+    Path::of(&points)
+}
+
+impl Path {
+    fn of(points: &[DVec3]) -> Path {
+        let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
+        let at = |wanted: f64| {
+            let mut walked = 0.0;
+            for w in points.windows(2) {
+                let step = w[0].distance(w[1]);
+                if walked + step >= wanted && step > 0.0 {
+                    return w[0].lerp(w[1], (wanted - walked) / step);
+                }
+                walked += step;
             }
-            walked += step;
-        }
-        end
-    };
-    Path { length, waist: at(0.25 * length).distance(at(0.75 * length)) }
+            points[points.len() - 1]
+        };
+        Path { length, waist: at(0.25 * length).distance(at(0.75 * length)) }
+    }
 }
 
 /// A length to order by.

@@ -23,6 +23,9 @@ pub struct Region {
     pub corners: SmallVec<[DVec3; 8]>,
     /// What ends contours inside the polygon besides its sides.
     pub barrier: Barrier,
+    /// Vertices known to lie inside, where contours stop: those through which
+    /// a 3D follower came.
+    pub stations: Vec<DVec3>,
 }
 
 /// What ends a contour inside a region.
@@ -67,7 +70,7 @@ impl Region {
             area += (corners[k] - corners[0]).cross(corners[k + 1] - corners[0]);
         }
         let normal = area.try_normalize()?;
-        Some(Region { normal, corners, barrier })
+        Some(Region { normal, corners, barrier, stations: Vec::new() })
     }
 
     fn plane(&self) -> Condition {
@@ -133,6 +136,13 @@ pub enum Stop {
         /// Through what.
         exit: Exit,
     },
+    /// At a station of the region.
+    Station {
+        /// Which one.
+        station: usize,
+        /// Heading on arrival.
+        heading: DVec3,
+    },
     /// The two walls stop being separate along the contour itself.
     Fades {
         /// Last point where they are.
@@ -168,10 +178,7 @@ fn heading(probe: &Probe, x: DVec3, normal: DVec3, pair: Pair) -> (DVec3, f64) {
 
 /// Follows the contour of `pair` from `start` through the region.
 pub fn follow(probe: &mut Probe, region: &Region, start: DVec3, pair: Pair) -> Stop {
-    let stop = Follower::new(probe, region, start, pair).run();
-    if let Stop::Lost{at} = stop { if std::env::var("DBG").is_ok() && !DBG.with(|d| d.get()) { eprintln!("LOST at {at} start {start} pair {pair:?} region {:?}", region.corners); DBG.with(|d| d.set(true)); Follower::new(probe, region, start, pair).run(); DBG.with(|d| d.set(false)); } }
-    if let Stop::Side{at,..} = stop { if std::env::var("DBG2").is_ok() && probe.field().signed_clearance(at) < -1e-6 { DBG.with(|d| d.set(true)); Follower::new(probe, region, start, pair).run(); DBG.with(|d| d.set(false)); } }
-    stop
+    Follower::new(probe, region, start, pair).run()
 }
 
 struct Follower<'p, 'a, 'r> {
@@ -183,6 +190,8 @@ struct Follower<'p, 'a, 'r> {
     x: DVec3,
     pair: Pair,
     travelled: f64,
+    /// A station that turned out to lie beside the contour.
+    passed: Option<usize>,
 }
 
 /// Outcome of one trial step.
@@ -190,13 +199,14 @@ enum Step {
     Stop(Stop),
     Moved,
     Shorten,
+    ShortenTo(f64),
 }
 
 impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     fn new(probe: &'p mut Probe<'a>, region: &'r Region, x: DVec3, pair: Pair) -> Self {
         let tolerances = probe.walls().tolerances();
         let size = region.diameter();
-        Follower { probe, region, size, tie: tolerances.tie, tolerance: tolerances.solve, x, pair, travelled: 0.0 }
+        Follower { probe, region, size, tie: tolerances.tie, tolerance: tolerances.solve, x, pair, travelled: 0.0, passed: None }
     }
 
     fn run(&mut self) -> Stop {
@@ -207,6 +217,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             match self.step(length) {
                 Step::Stop(stop) => return stop,
                 Step::Moved => length = (2.0 * length).min(self.size),
+                Step::ShortenTo(most) => length = most,
                 Step::Shorten => {
                     length = length.min(self.size) * 0.4;
                     if length < shortest {
@@ -215,7 +226,11 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 }
             }
         }
-        if DBG.with(|d| d.get()) { eprintln!("MOST STEPS or shortest {length}"); }
+        // At a knife edge the walls meet and the sheet ends on them.
+        let d = distance_to(self.probe.field(), self.x, self.pair.left).0;
+        if d < 1e-3 * self.size {
+            return Stop::Fades { at: self.x, pair: self.pair };
+        }
         Stop::Lost { at: self.x }
     }
 
@@ -231,7 +246,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             return Step::Stop(Stop::Lost { at: self.x });
         }
         let (side, exit) = self.exit(t);
-        let leaving = side.is_some() && length >= exit;
+        let station = self.station_ahead(t, length.min(exit));
+        let length = station.map_or(length, |s| s.1);
+        let leaving = side.is_some() && length >= exit && station.is_none();
         let (predicted, third) = match side {
             Some(i) if leaving => {
                 (self.x + exit * t, Condition::plane(self.region.inward(i), self.region.corners[i]))
@@ -248,13 +265,12 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let mut landed = None;
         for _ in 0..MOST_SLIDES {
             let Some(mut y) = self.correct(predicted, third, pair, allowed) else {
-                if DBG.with(|d| d.get()) { eprintln!("x {} pred {predicted} stride {stride} pair {pair:?} self {:?} far {:?} feet {:?} {:?} L {:?} R {:?}", self.x, self.pair, self.correct(predicted, third, pair, 10.0*self.size), self.probe.field().footpoint_on(predicted, pair.left), self.probe.field().footpoint_on(predicted, pair.right), self.probe.field().corners(pair.left), self.probe.field().corners(pair.right)); }
-                return shorten(line!()) };
+                return Step::Shorten };
             // A bent contour may leave through another side than its tangent.
             let outside =
                 if leaving { self.off_side(side.unwrap_or(0), y) } else { self.region.excess(y) > 1e-12 * self.size };
             if outside {
-                return shorten(line!());
+                return Step::Shorten;
             }
             let exit = self.barrier(y, pair);
             if let Some((at, _)) = exit {
@@ -267,6 +283,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 // A facet of the same wall counts to rounding, so that all who
                 // come here agree; another wall only beyond a tie.
                 match self.slide(y, pair, foot.face) {
+                    // Where the footpoints leave their triangles, what stands
+                    // between is seen only by steps no longer than the ball.
+                    Some(_) if stride > 1.01 * d => return Step::ShortenTo(d),
                     Some(next) => pair = next,
                     None if foot.distance >= d - self.tie => clear = true,
                     None => return self.meet(y, pair, foot.face),
@@ -277,14 +296,20 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 break;
             }
         }
-        let Some((y, left_part)) = landed else { return shorten(line!()) };
+        let Some((y, left_part)) = landed else { return Step::Shorten };
+        if let Some((station, _)) = station {
+            if left_part.is_none() && y.distance(self.region.stations[station]) <= 1e-6 * self.size + 4.0 * self.tie {
+                return Step::Stop(Stop::Station { station, heading: t });
+            }
+            self.passed = Some(station);
+        }
         let (next_heading, _) = heading(self.probe, y, self.region.normal, pair);
         if left_part.is_none() && next_heading.dot(t) < 0.85 && stride > 1e-3 * self.size {
-            return shorten(line!());
+            return Step::Shorten;
         }
         if !self.probe.separate(y, pair.left, pair.right) {
             return if stride > 1e-7 * self.size.max(self.tie) && self.shrinkable(stride) {
-                shorten(line!())
+                Step::Shorten
             } else {
                 Step::Stop(Stop::Fades { at: self.x, pair: self.pair })
             };
@@ -304,6 +329,24 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     /// Whether a step can still be shortened before the follower gives up.
     fn shrinkable(&self, stride: f64) -> bool {
         stride * 0.4 >= (1e-6 * self.size).max(4.0 * self.tie) * 2.5
+    }
+
+    /// The first station on the way ahead, and the way to it.
+    fn station_ahead(&self, t: DVec3, length: f64) -> Option<(usize, f64)> {
+        let mut best: Option<(usize, f64)> = None;
+        for (k, p) in self.region.stations.iter().enumerate() {
+            let way = (*p - self.x).dot(t);
+            let aside = (*p - self.x - way * t).length();
+            if way > 8.0 * self.tie
+                && way <= length
+                && aside <= 0.05 * way
+                && self.passed != Some(k)
+                && best.is_none_or(|b| way < b.1)
+            {
+                best = Some((k, way));
+            }
+        }
+        best
     }
 
     /// First side ahead and the way to it.
@@ -451,7 +494,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             let reach = 2.0 * self.x.distance(y) + 4.0 * self.tie;
             let conditions = [self.tie_condition(pair), Condition::Tie(pair.left, third), self.region.plane()];
             let Some(p) = solve(field, conditions, guess, reach, self.tolerance) else {
-                return shorten(line!());
+                return Step::Shorten;
             };
             let d = distance_to(field, p, pair.left).0;
             let foot = self.probe.nearest(p, third);
@@ -460,15 +503,20 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 break;
             }
             if foot.face == third {
-                return shorten(line!());
+                return Step::Shorten;
             }
             third = foot.face;
         }
-        let Some((at, distance)) = at else { return shorten(line!()) };
+        let Some((at, distance)) = at else { return Step::Shorten };
         let (t, _) = heading(self.probe, self.x, self.region.normal, self.pair);
         let ahead = (at - self.x).dot(t);
         if ahead < -4.0 * self.tie || self.region.excess(at) > 1e-9 * self.size {
-            return shorten(line!());
+            return Step::Shorten;
+        }
+        if self.travelled == 0.0 && ahead <= 4.0 * self.tie {
+            // The branch point that the contour leaves: its walls come near
+            // again farther on, and a shorter step tells where.
+            return Step::Shorten;
         }
         if ahead > self.tie
             && let Some((place, exit)) = self.barrier(at, pair)
@@ -484,19 +532,18 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             .iter()
             .enumerate()
             .max_by(|a, b| a.1.direction.dot(-back).total_cmp(&b.1.direction.dot(-back)));
-        let Some((arrived, spoke)) = arrived else { return shorten(line!()) };
+        let Some((arrived, spoke)) = arrived else { return Step::Shorten };
         if spoke.direction.dot(-back) < 0.5 {
-            return shorten(line!());
+            return Step::Shorten;
         }
         if fan.spokes.len() == 2 {
             let on = fan.spokes[1 - arrived];
             let bend = on.direction.dot(-fan.spokes[arrived].direction);
             if bend > (0.5 * CREASE_ANGLE).to_radians().cos() {
                 // A facet edge of a curved wall: walk on with the other facet.
-                if DBG.with(|d| d.get()) { eprintln!("pass from {} {:?} to {at} {:?} third {third:?} fan {fan:?}", self.x, self.pair, self.prefer(at, on.pair, third)); }
                 let pair = self.prefer(at, on.pair, third);
                 if pair == self.pair && ahead <= self.tie {
-                    return shorten(line!());
+                    return Step::Shorten;
                 }
                 self.travelled += at.distance(self.x) + self.tie;
                 self.x = at;
@@ -507,5 +554,3 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         Step::Stop(Stop::Node { fan, arrived })
     }
 }
-fn shorten(l: u32) -> Step { if DBG.with(|d| d.get()) { eprintln!("shorten at {l}"); } Step::Shorten }
-thread_local!{ pub static DBG: std::cell::Cell<bool> = const { std::cell::Cell::new(false) }; }

@@ -90,15 +90,16 @@ pub struct FaceContours {
 /// Solves a face given the vertices on its sides and the seeds inside it.
 pub fn solve_face(
     probe: &mut Probe,
-    region: &Region,
+    mut region: Region,
     sides: [&[Crossing]; 3],
     low_first: [bool; 3],
     seeds: &[FaceSeed],
 ) -> FaceContours {
     let tie = probe.walls().tolerances().tie;
     let size = region.corners[0].distance(region.corners[1]);
+    region.stations = seeds.iter().map(|s| s.at).collect();
     let mut face = Work {
-        region,
+        region: &region,
         sides: sides.map(|s| s.to_vec()),
         low_first,
         used: sides.map(|s| vec![false; s.len()]),
@@ -201,7 +202,6 @@ impl Work<'_> {
     fn walk(&mut self, probe: &mut Probe, from: ArcEnd, at: DVec3, pair: Pair) {
         self.mark(from);
         let stop = contour::follow(probe, self.region, at, pair);
-        let dbg = format!("{stop:?}");
         let to = match stop {
             Stop::Side { side, at, pair } => self.arrive_on_side(probe, side, at, pair),
             Stop::Node { fan, arrived } => {
@@ -224,6 +224,9 @@ impl Work<'_> {
             }
             // A face has no fences.
             Stop::Leaves { exit: Exit::Fence(_), .. } => None,
+            Stop::Station { station, heading } => {
+                self.node_near(self.region.stations[station]).and_then(|node| self.free_spoke(node, -heading))
+            }
             Stop::Fades { at, pair } => self.arrive_at_border(probe, at, pair, FaceNodeKind::Fading),
             Stop::Lost { at } => {
                 self.out.lost.push(at);
@@ -235,7 +238,7 @@ impl Work<'_> {
                 self.mark(to);
                 self.out.arcs.push(FaceArc { ends: [from, to] });
             }
-            None => { if std::env::var("DBG5").is_ok() { eprintln!("CONFLICT from {from:?} {at} pair {pair:?} stop {dbg} region {:?} sides {:?} nodes {:?} arcs {:?}", self.region.corners, self.sides, self.out.nodes, self.out.arcs); } self.out.lost.push(at) }
+            None => self.out.lost.push(at),
         }
     }
 
@@ -286,7 +289,6 @@ impl Work<'_> {
                 let across = distance_to(field, at, pair.left).1 - distance_to(field, at, pair.right).1;
                 let walls = if across.dot(way) > 0.0 { [pair.left, pair.right] } else { [pair.right, pair.left] };
                 let crossing = Crossing { at, walls };
-                if std::env::var("DBG2").is_ok() && probe.field().signed_clearance(at) < -1e-6 { eprintln!("LEAK found crossing {at} outside, pair {pair:?} side {side} region {:?} nodes {:?} sides {:?}", self.region.corners, self.out.nodes, self.sides); }
                 self.sides[side].push(crossing);
                 self.used[side].push(false);
                 self.out.found.push((side as u8, crossing));

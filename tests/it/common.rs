@@ -1,10 +1,12 @@
 //! Small meshes and files that several rooms use.
 
 use std::path::{Path, PathBuf};
+use std::process::Output;
 
 use glam::DVec3;
 use midsurf::io::{LoadedMesh, MeshFormat, ReadError, read_mesh_bytes};
 use midsurf::mesh::TriMesh;
+use tempfile::TempDir;
 
 /// A file of the `fixtures` folder.
 pub fn fixture(name: &str) -> PathBuf {
@@ -178,4 +180,66 @@ pub fn ply_text(mesh: &TriMesh) -> String {
         text += &format!("-7 3 {a} {b} {c}\n");
     }
     text + "5\n"
+}
+
+/// A folder of input files to run the command on.
+pub struct Desk {
+    folder: TempDir,
+}
+
+impl Desk {
+    pub fn new() -> Desk {
+        Desk {
+            folder: tempfile::tempdir().unwrap(),
+        }
+    }
+
+    /// Where a file of this name is or will be.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub fn put(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        let file = self.path(name);
+        std::fs::write(&file, content).unwrap();
+        file
+    }
+
+    pub fn run(&self, args: &[&str]) -> Output {
+        assert_cmd::cargo::cargo_bin_cmd!("midsurf")
+            .args(args)
+            .current_dir(self.folder.path())
+            .env("NO_COLOR", "1")
+            .output()
+            .unwrap()
+    }
+
+    /// Names of all files, to see that none was added.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(self.folder.path()).unwrap();
+        let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+        files.sort();
+        files
+    }
+
+    /// Extraction must end with code 2, say all of `words`, and add no file.
+    pub fn refuses(&self, args: &[&str], words: &[&str]) {
+        let before = self.files();
+        let mut all = vec!["extract"];
+        all.extend(args);
+        all.extend(["-o", "mid.obj", "-o", "mid.vtu", "--json", "report.json"]);
+        let output = self.run(&all);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {stderr}");
+        for word in words {
+            assert!(stderr.contains(word), "{args:?}: no {word:?} in\n{stderr}");
+        }
+        assert!(!stderr.contains("panicked"), "{stderr}");
+        assert!(output.stdout.is_empty());
+        assert_eq!(self.files(), before, "{args:?}");
+    }
+}
+
+pub fn text(output: &[u8]) -> String {
+    String::from_utf8(output.to_vec()).unwrap()
 }

@@ -3,7 +3,9 @@
 mod broken_files;
 mod cli_input;
 mod common;
+mod end_to_end;
 mod parts;
 mod readers;
+mod readme;
 mod tags;
 mod writers;
