@@ -91,6 +91,11 @@ const FLATTEST: f64 = 1e-5;
 /// Sine of the angle that is good enough: an edit may lower better ones to it.
 const GOOD_ENOUGH: f64 = 0.21;
 
+/// Contracting a short edge may lower the sine of the worst angle to this
+/// share: where needles stand side by side, at a knot of short edges, one
+/// gets worse before it goes too.
+const LOSS: f64 = 0.5;
+
 /// An edit for shape's sake must raise the sine of the worst angle by this.
 const GAIN: f64 = 1.05;
 
@@ -216,7 +221,7 @@ impl Cleaner {
                 if !self.complex.adjacent(a, b) {
                     continue;
                 }
-                let acceptable = |o: &Outcome| o.sine >= o.before.min(GOOD_ENOUGH);
+                let acceptable = |o: &Outcome| o.sine >= LOSS * o.before.min(GOOD_ENOUGH);
                 if let Some((u, v, outcome)) = self.best_contraction(a, b, acceptable) {
                     self.contract(u, v, outcome.drift);
                     changed += 1;
