@@ -24,7 +24,7 @@ fn example() -> Result<MidSurface, Box<dyn std::error::Error>> {
     use midsurf::tags::read_tags;
 
     let loaded = read_mesh("fixtures/tee.obj")?;
-    let coping = read_tags("fixtures/tee.coping.txt".as_ref(), &loaded, "fixtures/tee.obj".as_ref())?;
+    let coping = read_tags("fixtures/tee.coping.txt", &loaded, "fixtures/tee.obj".as_ref())?;
     let (part, _warnings) = Part::new(loaded.mesh, coping.flags, PartOptions::default())?;
     let settings = Settings { cell: Cell::Thicknesses(1.0), ..Settings::default() };
     let result = extract(&part, &settings, &|_stage, _done, _expected| ())?;
