@@ -303,6 +303,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
             self.passed = Some(station);
         }
+        if left_part.is_none() && self.strays(y) {
+            return Step::Shorten;
+        }
         let (next_heading, _) = heading(self.probe, y, self.region.normal, pair);
         if left_part.is_none() && next_heading.dot(t) < 0.85 && stride > 1e-3 * self.size {
             return Step::Shorten;
@@ -377,6 +380,21 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let s = (y - p).dot(q - p) / (q - p).length_squared();
         let slack = 1e-9;
         !(-slack..=1.0 + slack).contains(&s)
+    }
+
+    /// Whether a first step, which starts on the barrier perhaps, ends outside
+    /// the part without having crossed it: the contour bulges into the part,
+    /// its chord does not.
+    fn strays(&self, y: DVec3) -> bool {
+        self.travelled == 0.0
+            && matches!(self.region.barrier, Barrier::Coping)
+            && self.probe.field().signed_clearance(y) < -self.tie
+    }
+
+    /// Whether no wall is nearer to `y` than those of the pair.
+    fn nearest_there(&mut self, y: DVec3, pair: Pair) -> bool {
+        let d = distance_to(self.probe.field(), y, pair.left).0;
+        self.probe.nearest(y, pair.left).distance >= d - self.tie
     }
 
     /// Where the way from the present point to `y` meets the barrier.
@@ -520,10 +538,17 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         }
         if ahead > self.tie
             && let Some((place, exit)) = self.barrier(at, pair)
-            && place.distance(self.x) < at.distance(self.x) + self.tie
             && place.distance(at) > self.tie
         {
-            return Step::Stop(Stop::Leaves { at: place, pair: self.pair, exit });
+            // The barrier stands before the branch point. Where the walls of
+            // the far end do not lead to it, a shorter step has the right ones.
+            if place.distance(self.x) > at.distance(self.x) || !self.nearest_there(place, pair) {
+                return Step::Shorten;
+            }
+            return Step::Stop(Stop::Leaves { at: place, pair, exit });
+        }
+        if self.strays(at) {
+            return Step::Shorten;
         }
         let fan = fan(self.probe, at, self.region.normal, distance);
         let (back, _) = heading(self.probe, at, self.region.normal, pair);
