@@ -85,7 +85,8 @@ const TURN: f64 = 0.5;
 /// of the long side rivals the height.
 const TRUSTED: f64 = 0.05;
 
-/// No edit makes a triangle flatter than this.
+/// No edit makes a triangle flatter than this, least height over longest
+/// edge, unless it was nearly as flat before.
 const FLATTEST: f64 = 1e-5;
 
 /// Sine of the angle that is good enough: an edit may lower better ones to it.
@@ -348,7 +349,8 @@ impl Cleaner {
             }
             let moved = c.map(|w| if w == u { v } else { w });
             let new = self.shape(moved);
-            if new.flatness < FLATTEST || !self.keeps_direction(t, u, c, &old, &new) {
+            let flat = new.flatness < FLATTEST && new.flatness < LOSS * old.flatness;
+            if flat || new.flatness <= 0.0 || !self.keeps_direction(t, u, c, &old, &new) {
                 return None;
             }
             outcome.sine = outcome.sine.min(new.sine);
