@@ -85,7 +85,8 @@ const TURN: f64 = 0.5;
 /// of the long side rivals the height.
 const TRUSTED: f64 = 0.05;
 
-/// No edit makes a triangle flatter than this.
+/// No edit makes a triangle flatter than this, least height over longest
+/// edge, unless it was nearly as flat before.
 const FLATTEST: f64 = 1e-5;
 
 /// Sine of the angle that is good enough: an edit may lower better ones to it.
@@ -348,7 +349,8 @@ impl Cleaner {
             }
             let moved = c.map(|w| if w == u { v } else { w });
             let new = self.shape(moved);
-            if new.flatness < FLATTEST || !self.keeps_direction(t, u, c, &old, &new) {
+            let flat = new.flatness < FLATTEST && new.flatness < LOSS * old.flatness;
+            if flat || new.flatness <= 0.0 || !self.keeps_direction(t, c, &old, &new) {
                 return None;
             }
             outcome.sine = outcome.sine.min(new.sine);
@@ -388,36 +390,31 @@ impl Cleaner {
 
     /// Whether a triangle that changes its corner `u` still faces the same way.
     ///
-    /// If it had no normal to trust, it is held against its neighbour over the
-    /// edge that stays.
-    fn keeps_direction(&self, t: u32, u: u32, c: [u32; 3], old: &Shape, new: &Shape) -> bool {
-        if old.normal.dot(new.normal) >= TURN {
-            return true;
-        }
+    /// If it had no normal to trust, it is held against those of its
+    /// neighbours that have one.
+    fn keeps_direction(&self, t: u32, c: [u32; 3], old: &Shape, new: &Shape) -> bool {
         if old.flatness >= TRUSTED {
-            return false;
+            return old.normal.dot(new.normal) >= TURN;
         }
-        let Some(k) = c.iter().position(|&w| w == u) else {
-            return false;
-        };
-        let (a, b) = (c[(k + 1) % 3], c[(k + 2) % 3]);
-        let Some(wings) = self.complex.wings(a, b) else {
-            // On a line there is nothing to hold it against.
-            return true;
-        };
-        let Some(&(other, apex)) = wings.iter().find(|w| w.0 != t) else {
-            return false;
-        };
-        let Some(corners) = self.complex.corners(other) else {
-            return false;
-        };
-        let neighbour = self.shape(corners);
-        if neighbour.flatness < TRUSTED {
-            return true;
+        let mut told = false;
+        for k in 0..3 {
+            let (a, b) = (c[k], c[(k + 1) % 3]);
+            let Some(wings) = self.complex.wings(a, b) else {
+                continue;
+            };
+            let Some(&(_, apex)) = wings.iter().find(|w| w.0 != t) else {
+                continue;
+            };
+            // Turned as this triangle is, whatever the neighbour's own turn.
+            let neighbour = self.shape([b, a, apex]);
+            if neighbour.flatness >= TRUSTED {
+                told = true;
+                if neighbour.normal.dot(new.normal) < 0.0 {
+                    return false;
+                }
+            }
         }
-        // The neighbour's corners in the order that fits (a, b) run forward.
-        let ordered = self.shape([b, a, apex]).normal;
-        ordered.dot(new.normal) >= 0.0
+        told || old.normal.dot(new.normal) >= 0.0
     }
 
     /// Flips edges of poor triangles where that betters the worst angle.

@@ -4,3 +4,5 @@ pub mod clean;
 pub mod graph;
 pub mod listing;
 mod sets;
+#[cfg(test)]
+mod shapes;
