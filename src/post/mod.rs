@@ -2,3 +2,5 @@
 
 pub mod clean;
 pub mod graph;
+pub mod listing;
+mod sets;
