@@ -92,7 +92,12 @@ pub(super) struct Args {
     #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
     pub(super) weld: Option<f64>,
     /// Refuse cells so small that the lattice would need more memory than this
-    #[arg(long, value_name = "SIZE", default_value = "8G", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "8G",
+        allow_negative_numbers = true
+    )]
     pub(super) memory_limit: Bytes,
     /// Write seams and borders into OBJ files too, as lines
     #[arg(long)]
