@@ -218,7 +218,7 @@ impl<'a> Tracer<'a> {
         let middle = corners.iter().sum::<DVec3>() / 3.0;
         let coping = probe.field().nearest_coping(middle, 1.2 * self.lattice.cell()).is_some();
         match Region::new(corners, if coping { Barrier::Coping } else { Barrier::None }) {
-            Some(region) => solve_face(probe, &region, sides, [true, true, false], seeds),
+            Some(region) => solve_face(probe, region, sides, [true, true, false], seeds),
             None => FaceContours::default(),
         }
     }

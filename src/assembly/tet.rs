@@ -581,17 +581,26 @@ impl Work<'_, '_> {
         candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
         let mut taken = vec![false; open.len()];
         for (_, i, j) in candidates {
-            if taken[i] || taken[j] || open[i].1 == open[j].1 {
+            if taken[i] || taken[j] {
                 continue;
             }
             taken[i] = true;
             taken[j] = true;
             self.out.matched += 1;
+            if open[i].1 == open[j].1 {
+                self.bridges.push((open[i].0, open[j].0));
+                continue;
+            }
+            // A contour missing in a face is missing for the neighbour too:
+            // unless both close it alike it shows as a crack.
+            let in_face = |p: Port| matches!(p, Port::Crossing(..));
+            let line =
+                if in_face(open[i].0) || in_face(open[j].0) { Line::Sheet } else { Line::FadingBorder };
             self.strands.push(Strand {
                 ports: [open[i].0, open[j].0],
                 vertices: [open[i].1, open[j].1],
                 between: Vec::new(),
-                line: Line::FadingBorder,
+                line,
             });
         }
     }

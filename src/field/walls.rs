@@ -34,6 +34,9 @@ const NARROWS: f64 = 0.8;
 /// Path against chord of a footpoint that slides along one smooth wall.
 const SLIDE_WAY: f64 = 1.1;
 
+/// Gap of two footpoints, against their distance, that is no jump yet.
+const HARDLY_MOVED: f64 = 0.1;
+
 /// Triangles looked at before a path counts as long.
 const PATH_BUDGET: usize = 4096;
 
@@ -157,7 +160,7 @@ impl<'a> Walls<'a> {
             around[next[v] as usize] = f;
             next[v] += 1;
         }
-        let pieces = pieces(triangles, vertices, |f| field.is_coping(f));
+        let pieces = pieces(triangles, vertices, |f| field.is_coping(f) && field.normal(f) != DVec3::ZERO);
         Walls {
             field,
             pieces,
@@ -184,6 +187,29 @@ impl<'a> Walls<'a> {
     /// The triangle across edge `k` (from corner `k` to `k + 1`).
     pub fn neighbour(&self, face: FaceId, k: usize) -> Option<FaceId> {
         self.neighbours[face.index()][k]
+    }
+
+    /// The triangle across edge `k` beside `at`, hopping over triangles without
+    /// area that fill the gap where a long edge meets several short ones.
+    pub fn neighbour_beside(&self, face: FaceId, k: usize, at: DVec3) -> Option<FaceId> {
+        const MOST_HOPS: usize = 64;
+        let (mut from, mut next) = (face, self.neighbours[face.index()][k]?);
+        for _ in 0..MOST_HOPS {
+            if self.field.normal(next) != DVec3::ZERO {
+                return Some(next);
+            }
+            let corners = self.field.corners(next);
+            let gap = |j: usize| {
+                let edge = [corners[j], corners[(j + 1) % 3]];
+                straight_crossing(at, at, edge).distance(at)
+            };
+            let others = self.neighbours[next.index()];
+            let out = (0..3)
+                .filter(|&j| others[j].is_some_and(|n| n != from))
+                .min_by(|&i, &j| gap(i).total_cmp(&gap(j)))?;
+            (from, next) = (next, others[out]?);
+        }
+        None
     }
 
     /// The outline of the flat patch that a coping triangle belongs to: its
@@ -273,7 +299,16 @@ impl<'a> Walls<'a> {
             return true;
         }
         let chord = a.point.distance(b.point);
-        chord <= 4.0 * self.tolerances.tie || self.path(a, b, SLIDE_WAY * chord).is_some()
+        // Round a corner of a hole the way is long for a footpoint that has
+        // hardly moved, seen from the point that it belongs to.
+        let way = if chord <= HARDLY_MOVED * a.distance { LONGEST_WAY } else { SLIDE_WAY };
+        chord <= 4.0 * self.tolerances.tie || self.path(a, b, way * chord).is_some()
+    }
+
+    /// Whether a path may lead over a triangle: walls, and triangles without
+    /// area, which part nothing whatever their tag.
+    fn is_way(&self, face: FaceId) -> bool {
+        !self.field.is_coping(face) || self.field.normal(face) == DVec3::ZERO
     }
 
     /// The path over wall triangles from `a` to `b`, if one of at most
@@ -313,7 +348,7 @@ impl<'a> Walls<'a> {
             };
             for k in 0..3 {
                 let next = self.neighbours[way.face.index()][k];
-                if let Some(next) = next.filter(|&n| !self.field.is_coping(n) && !seen.contains(&n)) {
+                if let Some(next) = next.filter(|&n| self.is_way(n) && !seen.contains(&n)) {
                     step(next, [corners[k], corners[(k + 1) % 3]]);
                 }
                 // Two walls may touch in a corner only, where a third one ends.

@@ -79,7 +79,7 @@ pub fn follow(
                     return (BorderStop::Lost { at }, kinks);
                 };
                 let fence = fences[k];
-                let next = probe.walls().neighbour(fence.face, fence.edge).filter(|&f| probe.field().is_coping(f));
+                let next = probe.walls().neighbour_beside(fence.face, fence.edge, at).filter(|&f| probe.field().is_coping(f));
                 let Some(next) = next else { if std::env::var("DBG7").is_ok() { eprintln!("BWALL at {at} {arrived:?} fence {fence:?} wall");} return (BorderStop::Lost { at }, kinks) };
                 let normal = probe.field().normal(next);
                 kinks.push(Kink { at, pair: arrived });
@@ -98,6 +98,8 @@ pub fn follow(
                 }
                 return (BorderStop::Node { fan, arrived, coping }, kinks);
             }
+            // A patch of coping has no stations.
+            Stop::Station { .. } => return (BorderStop::Lost { at: x }, kinks),
             Stop::Fades { at, .. } | Stop::Lost { at } => { if std::env::var("DBG7").is_ok() { eprintln!("BFADE at {at} {pair:?} feet {:?} {:?} start {start} x {x} coping {coping:?}", probe.field().footpoint_on(at, pair.left), probe.field().footpoint_on(at, pair.right));}
                 return (BorderStop::Lost { at }, kinks);
             }

@@ -23,6 +23,9 @@ pub struct Region {
     pub corners: SmallVec<[DVec3; 8]>,
     /// What ends contours inside the polygon besides its sides.
     pub barrier: Barrier,
+    /// Vertices known to lie inside, where contours stop: those through which
+    /// a 3D follower came.
+    pub stations: Vec<DVec3>,
 }
 
 /// What ends a contour inside a region.
@@ -67,7 +70,7 @@ impl Region {
             area += (corners[k] - corners[0]).cross(corners[k + 1] - corners[0]);
         }
         let normal = area.try_normalize()?;
-        Some(Region { normal, corners, barrier })
+        Some(Region { normal, corners, barrier, stations: Vec::new() })
     }
 
     fn plane(&self) -> Condition {
@@ -133,6 +136,13 @@ pub enum Stop {
         /// Through what.
         exit: Exit,
     },
+    /// At a station of the region.
+    Station {
+        /// Which one.
+        station: usize,
+        /// Heading on arrival.
+        heading: DVec3,
+    },
     /// The two walls stop being separate along the contour itself.
     Fades {
         /// Last point where they are.
@@ -183,6 +193,8 @@ struct Follower<'p, 'a, 'r> {
     x: DVec3,
     pair: Pair,
     travelled: f64,
+    /// A station that turned out to lie beside the contour.
+    passed: Option<usize>,
 }
 
 /// Outcome of one trial step.
@@ -190,13 +202,14 @@ enum Step {
     Stop(Stop),
     Moved,
     Shorten,
+    ShortenTo(f64),
 }
 
 impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     fn new(probe: &'p mut Probe<'a>, region: &'r Region, x: DVec3, pair: Pair) -> Self {
         let tolerances = probe.walls().tolerances();
         let size = region.diameter();
-        Follower { probe, region, size, tie: tolerances.tie, tolerance: tolerances.solve, x, pair, travelled: 0.0 }
+        Follower { probe, region, size, tie: tolerances.tie, tolerance: tolerances.solve, x, pair, travelled: 0.0, passed: None }
     }
 
     fn run(&mut self) -> Stop {
@@ -207,6 +220,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             match self.step(length) {
                 Step::Stop(stop) => return stop,
                 Step::Moved => length = (2.0 * length).min(self.size),
+                Step::ShortenTo(most) => length = most,
                 Step::Shorten => {
                     length = length.min(self.size) * 0.4;
                     if length < shortest {
@@ -216,6 +230,11 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
         }
         if DBG.with(|d| d.get()) { eprintln!("MOST STEPS or shortest {length}"); }
+        // At a knife edge the walls meet and the sheet ends on them.
+        let d = distance_to(self.probe.field(), self.x, self.pair.left).0;
+        if d < 1e-3 * self.size {
+            return Stop::Fades { at: self.x, pair: self.pair };
+        }
         Stop::Lost { at: self.x }
     }
 
@@ -231,7 +250,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             return Step::Stop(Stop::Lost { at: self.x });
         }
         let (side, exit) = self.exit(t);
-        let leaving = side.is_some() && length >= exit;
+        let station = self.station_ahead(t, length.min(exit));
+        let length = station.map_or(length, |s| s.1);
+        let leaving = side.is_some() && length >= exit && station.is_none();
         let (predicted, third) = match side {
             Some(i) if leaving => {
                 (self.x + exit * t, Condition::plane(self.region.inward(i), self.region.corners[i]))
@@ -267,6 +288,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 // A facet of the same wall counts to rounding, so that all who
                 // come here agree; another wall only beyond a tie.
                 match self.slide(y, pair, foot.face) {
+                    // Where the footpoints leave their triangles, what stands
+                    // between is seen only by steps no longer than the ball.
+                    Some(_) if stride > 1.01 * d => return Step::ShortenTo(d),
                     Some(next) => pair = next,
                     None if foot.distance >= d - self.tie => clear = true,
                     None => return self.meet(y, pair, foot.face),
@@ -278,6 +302,12 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
         }
         let Some((y, left_part)) = landed else { return shorten(line!()) };
+        if let Some((station, _)) = station {
+            if left_part.is_none() && y.distance(self.region.stations[station]) <= 1e-6 * self.size + 4.0 * self.tie {
+                return Step::Stop(Stop::Station { station, heading: t });
+            }
+            self.passed = Some(station);
+        }
         let (next_heading, _) = heading(self.probe, y, self.region.normal, pair);
         if left_part.is_none() && next_heading.dot(t) < 0.85 && stride > 1e-3 * self.size {
             return shorten(line!());
@@ -304,6 +334,24 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     /// Whether a step can still be shortened before the follower gives up.
     fn shrinkable(&self, stride: f64) -> bool {
         stride * 0.4 >= (1e-6 * self.size).max(4.0 * self.tie) * 2.5
+    }
+
+    /// The first station on the way ahead, and the way to it.
+    fn station_ahead(&self, t: DVec3, length: f64) -> Option<(usize, f64)> {
+        let mut best: Option<(usize, f64)> = None;
+        for (k, p) in self.region.stations.iter().enumerate() {
+            let way = (*p - self.x).dot(t);
+            let aside = (*p - self.x - way * t).length();
+            if way > 8.0 * self.tie
+                && way <= length
+                && aside <= 0.05 * way
+                && self.passed != Some(k)
+                && best.is_none_or(|b| way < b.1)
+            {
+                best = Some((k, way));
+            }
+        }
+        best
     }
 
     /// First side ahead and the way to it.

@@ -90,15 +90,16 @@ pub struct FaceContours {
 /// Solves a face given the vertices on its sides and the seeds inside it.
 pub fn solve_face(
     probe: &mut Probe,
-    region: &Region,
+    mut region: Region,
     sides: [&[Crossing]; 3],
     low_first: [bool; 3],
     seeds: &[FaceSeed],
 ) -> FaceContours {
     let tie = probe.walls().tolerances().tie;
     let size = region.corners[0].distance(region.corners[1]);
+    region.stations = seeds.iter().map(|s| s.at).collect();
     let mut face = Work {
-        region,
+        region: &region,
         sides: sides.map(|s| s.to_vec()),
         low_first,
         used: sides.map(|s| vec![false; s.len()]),
@@ -224,6 +225,9 @@ impl Work<'_> {
             }
             // A face has no fences.
             Stop::Leaves { exit: Exit::Fence(_), .. } => None,
+            Stop::Station { station, heading } => {
+                self.node_near(self.region.stations[station]).and_then(|node| self.free_spoke(node, -heading))
+            }
             Stop::Fades { at, pair } => self.arrive_at_border(probe, at, pair, FaceNodeKind::Fading),
             Stop::Lost { at } => {
                 self.out.lost.push(at);
