@@ -23,7 +23,7 @@ fn main() {
     let mut cracks = 0; let mut bad = 0; let mut at = vec![];
     for (e, t) in &et {
         let line = mesh.lines.get(e);
-        if t.len() == 1 && line.is_none() { cracks += 1; at.push(mesh.vertices[e.0 as usize].at); }
+        if t.len() == 1 && line.is_none() { cracks += 1; if cracks < 4 { println!("  CRACK {:.6} {:.6} tri {:?}", mesh.vertices[e.0 as usize].at, mesh.vertices[e.1 as usize].at, mesh.triangles[t[0] as usize].map(|v| mesh.vertices[v as usize].at)); for (k, v) in mesh.lines.iter() { if k.0==e.0||k.1==e.0||k.0==e.1||k.1==e.1 { println!("     line {:.6} {:.6} {v:?} count {}", mesh.vertices[k.0 as usize].at, mesh.vertices[k.1 as usize].at, et.iter().find(|x| x.0==*k).map_or(0,|x|x.1.len())); } } } at.push(mesh.vertices[e.0 as usize].at); }
         if t.len() > 2 && line.is_none() { bad += 1; if bad < 6 { println!("  BAD {:.5} {:.5} tris {:?}", mesh.vertices[e.0 as usize].at, mesh.vertices[e.1 as usize].at, t.iter().map(|&t| mesh.triangles[t as usize].map(|v| mesh.vertices[v as usize].at)).collect::<Vec<_>>()); } }
     }
     let (fl, to) = tr.failures();

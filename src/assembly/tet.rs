@@ -106,6 +106,19 @@ enum Port {
     Sheet { inner: u16, sheet: u16 },
 }
 
+/// Strand ends, sorted by the port that they plug into.
+struct Plugs {
+    ends: Vec<(Port, usize, usize)>,
+}
+
+impl Plugs {
+    fn at(&self, port: Port) -> &[(Port, usize, usize)] {
+        let from = self.ends.partition_point(|e| e.0 < port);
+        let to = self.ends.partition_point(|e| e.0 <= port);
+        &self.ends[from..to]
+    }
+}
+
 struct Strand {
     ports: [Port; 2],
     vertices: [VertexKey; 2],
@@ -267,13 +280,13 @@ impl Work<'_, '_> {
             })
             .collect();
         if slots.len() != end.sheets.len() {
-            self.note(line!(), end.at);
+            self.out.open.push(end.at);
             return;
         }
         let mut carried = walls;
         let stop = seam::follow(self.probe, self.cage, end.at, &mut carried, towards);
         let line = if end.sheets.len() == 1 { Line::FadingBorder } else { Line::Seam };
-        let arrived = match stop.clone() {
+        let arrived = match stop {
             CurveStop::Face { face, at } => match self.end_near(from, at, Some(face), false) {
                 Some(k) => Some(k),
                 None => {
@@ -301,14 +314,12 @@ impl Work<'_, '_> {
                 self.ray_near(from, at, back)
             }
             CurveStop::Lost { at } => {
-                self.note(line!(), at);
+                self.out.open.push(at);
                 return;
             }
         };
         let Some(to) = arrived else {
-            if std::env::var("DBG6").is_ok() { eprintln!("NOARRIVE from {end:?} carried {carried:?} stop {stop:?} ends {:#?} places {:?}", self.ends.iter().map(|e| (e.vertex, e.at, e.done, e.sheets.len())).collect::<Vec<_>>(), self.places);
-              if let CurveStop::Junction{at, distance} = stop { eprintln!("STAR {:?}", star(self.probe, at, distance)); for f in self.probe.feet.iter() { eprintln!("   {f:?}"); } } }
-            self.note(line!(), end.at);
+            self.out.open.push(end.at);
             return;
         };
         self.ends[to].done = true;
@@ -337,11 +348,11 @@ impl Work<'_, '_> {
                         line,
                     });
                 }
-                _ => self.note(line!(), x),
+                _ => self.out.open.push(x),
             }
         }
         if taken.iter().any(|t| !t) {
-            self.note(line!(), x);
+            self.out.open.push(x);
         }
     }
 
@@ -365,12 +376,12 @@ impl Work<'_, '_> {
                 self.border_end_near(from, fan.at, back)
             }
             BorderStop::Lost { at } => {
-                self.note(line!(), at);
+                self.out.open.push(at);
                 return;
             }
         };
         let Some(to) = arrived else {
-            self.note(line!(), end.at);
+            self.out.open.push(end.at);
             return;
         };
         self.ends[to].done = true;
@@ -533,42 +544,39 @@ impl Work<'_, '_> {
         }
     }
 
-    /// Ports under their common name where a crease joins two.
-    fn aliases(&self) -> FxHashMap<Port, Port> {
-        self.bridges.iter().map(|&(a, b)| (b, a)).collect()
+    /// The common name of a port, where a crease joins two.
+    fn common(&self, port: Port) -> Port {
+        self.bridges.iter().find(|b| b.1 == port).map_or(port, |b| b.0)
     }
 
-    /// Strand ends at each port.
-    fn plugged(&self, alias: &FxHashMap<Port, Port>) -> FxHashMap<Port, SmallVec<[(usize, usize); 2]>> {
-        let mut plugged: FxHashMap<Port, SmallVec<[(usize, usize); 2]>> = FxHashMap::default();
+    /// Strand ends by port: a tetrahedron has a handful.
+    fn plugged(&self) -> Plugs {
+        let mut ends: Vec<(Port, usize, usize)> = Vec::with_capacity(2 * self.strands.len());
         for (s, strand) in self.strands.iter().enumerate() {
             for side in 0..2 {
-                let port = strand.ports[side];
-                let port = alias.get(&port).copied().unwrap_or(port);
-                plugged.entry(port).or_default().push((s, side));
+                ends.push((self.common(strand.ports[side]), s, side));
             }
         }
-        plugged
+        ends.sort_unstable();
+        Plugs { ends }
     }
 
     /// Where a curve was lost, or a sheet stops being one on the way: closes
     /// each sheet's loop from its face contours alone. Ports with one strand
     /// are joined in pairs, those first whose walls lie most alike.
     fn match_open_ports(&mut self) {
-        let alias = self.aliases();
-        let plugged = self.plugged(&alias);
+        let plugged = self.plugged();
         let mut open: Vec<(Port, VertexKey, DVec3, [DVec3; 2])> = Vec::new();
-        for (port, ends) in &plugged {
-            if let [(strand, side)] = ends[..] {
+        for ends in plugged.ends.chunk_by(|a, b| a.0 == b.0) {
+            if let [(port, strand, side)] = ends[..] {
                 let vertex = self.strands[strand].vertices[side];
                 let at = self.position(vertex);
-                if let Some(pair) = self.pair_at(*port) {
+                if let Some(pair) = self.pair_at(port) {
                     let away = |w: FaceId| distance_to(self.probe.field(), at, w).1;
-                    open.push((*port, vertex, at, [away(pair.left), away(pair.right)]));
+                    open.push((port, vertex, at, [away(pair.left), away(pair.right)]));
                 }
             }
         }
-        open.sort_by_key(|o| o.0);
         let unlike = |a: &[DVec3; 2], b: &[DVec3; 2]| {
             (a[0].distance(b[0]) + a[1].distance(b[1])).min(a[0].distance(b[1]) + a[1].distance(b[0]))
         };
@@ -623,8 +631,7 @@ impl Work<'_, '_> {
 
     /// Joins strands to loops.
     fn chain(&mut self) {
-        let alias = self.aliases();
-        let plugged = self.plugged(&alias);
+        let plugged = self.plugged();
         let mut used = vec![false; self.strands.len()];
         for first in 0..self.strands.len() {
             if used[first] {
@@ -647,14 +654,10 @@ impl Work<'_, '_> {
                     polygon.corners.push(v);
                     polygon.lines.push(s.line);
                 }
-                let port = s.ports[1 - side];
-                let port = alias.get(&port).copied().unwrap_or(port);
-                let others = &plugged[&port];
-                if others.len() != 2 {
-                    break false;
-                }
+                let others = plugged.at(self.common(s.ports[1 - side]));
+                let [p, q] = others else { break false };
                 let here = (strand, 1 - side);
-                let next = if others[0] == here { others[1] } else { others[0] };
+                let next = if (p.1, p.2) == here { (q.1, q.2) } else { (p.1, p.2) };
                 if used[next.0] {
                     break next == (first, 0);
                 }
@@ -665,7 +668,7 @@ impl Work<'_, '_> {
             } else {
                 let s = &self.strands[strand];
                 let v = s.vertices[1 - side];
-                let at = self.position(v); self.note(line!(), at);
+                self.out.open.push(self.position(v));
             }
         }
     }
@@ -715,8 +718,6 @@ impl Work<'_, '_> {
         };
         (0..4).map(|f| (on(f) as u8) << f).sum()
     }
-
-    fn note(&mut self, line: u32, at: DVec3) { if std::env::var("DBG4").is_ok() { eprintln!("open line {line} at {at}"); } self.out.open.push(at); }
 
     fn position(&self, vertex: VertexKey) -> DVec3 {
         match vertex {

@@ -311,6 +311,20 @@ impl<'a> Walls<'a> {
         !self.field.is_coping(face) || self.field.normal(face) == DVec3::ZERO
     }
 
+    /// The path between neighbours, over a common edge or corner.
+    fn path_over_one(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
+        let corners = self.field.corners(a.face);
+        let at = match self.neighbours[a.face.index()].iter().position(|&n| n == Some(b.face)) {
+            Some(k) => straight_crossing(a.point, b.point, [corners[k], corners[(k + 1) % 3]]),
+            None => {
+                let (s, t) = (self.indices[a.face.index()], self.indices[b.face.index()]);
+                corners[(0..3).find(|&k| t.contains(&s[k]))?]
+            }
+        };
+        let path = Path::of(&[a.point, at, b.point]);
+        (path.length <= length).then_some(path)
+    }
+
     /// The path over wall triangles from `a` to `b`, if one of at most
     /// `length` is found. Best first (A*), each edge crossed where the way over it would
     /// be straight; the path found is then pulled taut over the edges that it
@@ -320,6 +334,9 @@ impl<'a> Walls<'a> {
         const SEARCH_SLACK: f64 = 1.15;
         if self.pieces[a.face.index()] != self.pieces[b.face.index()] {
             return None;
+        }
+        if let Some(path) = self.path_over_one(a, b, length) {
+            return Some(path);
         }
         let mut seen: FxHashSet<FaceId> = FxHashSet::default();
         let mut open: BinaryHeap<(Reverse<Total>, u32)> = BinaryHeap::new();
@@ -440,19 +457,25 @@ fn taut(ways: &[Way], last: u32, end: DVec3) -> Path {
             points[k] = straight_crossing(points[k - 1], points[k + 1], edges[k - 1]);
         }
     }
-    let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
-    let at = |wanted: f64| {
-        let mut walked = 0.0;
-        for w in points.windows(2) {
-            let step = w[0].distance(w[1]);
-            if walked + step >= wanted && step > 0.0 {
-                return w[0].lerp(w[1], (wanted - walked) / step);
+    Path::of(&points)
+}
+
+impl Path {
+    fn of(points: &[DVec3]) -> Path {
+        let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
+        let at = |wanted: f64| {
+            let mut walked = 0.0;
+            for w in points.windows(2) {
+                let step = w[0].distance(w[1]);
+                if walked + step >= wanted && step > 0.0 {
+                    return w[0].lerp(w[1], (wanted - walked) / step);
+                }
+                walked += step;
             }
-            walked += step;
-        }
-        end
-    };
-    Path { length, waist: at(0.25 * length).distance(at(0.75 * length)) }
+            points[points.len() - 1]
+        };
+        Path { length, waist: at(0.25 * length).distance(at(0.75 * length)) }
+    }
 }
 
 /// A length to order by.

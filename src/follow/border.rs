@@ -80,7 +80,7 @@ pub fn follow(
                 };
                 let fence = fences[k];
                 let next = probe.walls().neighbour_beside(fence.face, fence.edge, at).filter(|&f| probe.field().is_coping(f));
-                let Some(next) = next else { if std::env::var("DBG7").is_ok() { eprintln!("BWALL at {at} {arrived:?} fence {fence:?} wall");} return (BorderStop::Lost { at }, kinks) };
+                let Some(next) = next else { return (BorderStop::Lost { at }, kinks) };
                 let normal = probe.field().normal(next);
                 kinks.push(Kink { at, pair: arrived });
                 // The neighbour runs the edge the other way; its inside lies left of that.
@@ -100,7 +100,7 @@ pub fn follow(
             }
             // A patch of coping has no stations.
             Stop::Station { .. } => return (BorderStop::Lost { at: x }, kinks),
-            Stop::Fades { at, .. } | Stop::Lost { at } => { if std::env::var("DBG7").is_ok() { eprintln!("BFADE at {at} {pair:?} feet {:?} {:?} start {start} x {x} coping {coping:?}", probe.field().footpoint_on(at, pair.left), probe.field().footpoint_on(at, pair.right));}
+            Stop::Fades { at, .. } | Stop::Lost { at } => { 
                 return (BorderStop::Lost { at }, kinks);
             }
         }

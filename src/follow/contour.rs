@@ -178,10 +178,7 @@ fn heading(probe: &Probe, x: DVec3, normal: DVec3, pair: Pair) -> (DVec3, f64) {
 
 /// Follows the contour of `pair` from `start` through the region.
 pub fn follow(probe: &mut Probe, region: &Region, start: DVec3, pair: Pair) -> Stop {
-    let stop = Follower::new(probe, region, start, pair).run();
-    if let Stop::Lost{at} = stop { if std::env::var("DBG").is_ok() && !DBG.with(|d| d.get()) { eprintln!("LOST at {at} start {start} pair {pair:?} region {:?}", region.corners); DBG.with(|d| d.set(true)); Follower::new(probe, region, start, pair).run(); DBG.with(|d| d.set(false)); } }
-    if let Stop::Side{at,..} = stop { if std::env::var("DBG2").is_ok() && probe.field().signed_clearance(at) < -1e-6 { DBG.with(|d| d.set(true)); Follower::new(probe, region, start, pair).run(); DBG.with(|d| d.set(false)); } }
-    stop
+    Follower::new(probe, region, start, pair).run()
 }
 
 struct Follower<'p, 'a, 'r> {
@@ -229,7 +226,6 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 }
             }
         }
-        if DBG.with(|d| d.get()) { eprintln!("MOST STEPS or shortest {length}"); }
         // At a knife edge the walls meet and the sheet ends on them.
         let d = distance_to(self.probe.field(), self.x, self.pair.left).0;
         if d < 1e-3 * self.size {
@@ -269,13 +265,12 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let mut landed = None;
         for _ in 0..MOST_SLIDES {
             let Some(mut y) = self.correct(predicted, third, pair, allowed) else {
-                if DBG.with(|d| d.get()) { eprintln!("x {} pred {predicted} stride {stride} pair {pair:?} self {:?} far {:?} feet {:?} {:?} L {:?} R {:?}", self.x, self.pair, self.correct(predicted, third, pair, 10.0*self.size), self.probe.field().footpoint_on(predicted, pair.left), self.probe.field().footpoint_on(predicted, pair.right), self.probe.field().corners(pair.left), self.probe.field().corners(pair.right)); }
-                return shorten(line!()) };
+                return Step::Shorten };
             // A bent contour may leave through another side than its tangent.
             let outside =
                 if leaving { self.off_side(side.unwrap_or(0), y) } else { self.region.excess(y) > 1e-12 * self.size };
             if outside {
-                return shorten(line!());
+                return Step::Shorten;
             }
             let exit = self.barrier(y, pair);
             if let Some((at, _)) = exit {
@@ -301,7 +296,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 break;
             }
         }
-        let Some((y, left_part)) = landed else { return shorten(line!()) };
+        let Some((y, left_part)) = landed else { return Step::Shorten };
         if let Some((station, _)) = station {
             if left_part.is_none() && y.distance(self.region.stations[station]) <= 1e-6 * self.size + 4.0 * self.tie {
                 return Step::Stop(Stop::Station { station, heading: t });
@@ -310,11 +305,11 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         }
         let (next_heading, _) = heading(self.probe, y, self.region.normal, pair);
         if left_part.is_none() && next_heading.dot(t) < 0.85 && stride > 1e-3 * self.size {
-            return shorten(line!());
+            return Step::Shorten;
         }
         if !self.probe.separate(y, pair.left, pair.right) {
             return if stride > 1e-7 * self.size.max(self.tie) && self.shrinkable(stride) {
-                shorten(line!())
+                Step::Shorten
             } else {
                 Step::Stop(Stop::Fades { at: self.x, pair: self.pair })
             };
@@ -499,7 +494,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             let reach = 2.0 * self.x.distance(y) + 4.0 * self.tie;
             let conditions = [self.tie_condition(pair), Condition::Tie(pair.left, third), self.region.plane()];
             let Some(p) = solve(field, conditions, guess, reach, self.tolerance) else {
-                return shorten(line!());
+                return Step::Shorten;
             };
             let d = distance_to(field, p, pair.left).0;
             let foot = self.probe.nearest(p, third);
@@ -508,20 +503,20 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 break;
             }
             if foot.face == third {
-                return shorten(line!());
+                return Step::Shorten;
             }
             third = foot.face;
         }
-        let Some((at, distance)) = at else { return shorten(line!()) };
+        let Some((at, distance)) = at else { return Step::Shorten };
         let (t, _) = heading(self.probe, self.x, self.region.normal, self.pair);
         let ahead = (at - self.x).dot(t);
         if ahead < -4.0 * self.tie || self.region.excess(at) > 1e-9 * self.size {
-            return shorten(line!());
+            return Step::Shorten;
         }
         if self.travelled == 0.0 && ahead <= 4.0 * self.tie {
             // The branch point that the contour leaves: its walls come near
             // again farther on, and a shorter step tells where.
-            return shorten(line!());
+            return Step::Shorten;
         }
         if ahead > self.tie
             && let Some((place, exit)) = self.barrier(at, pair)
@@ -537,19 +532,18 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             .iter()
             .enumerate()
             .max_by(|a, b| a.1.direction.dot(-back).total_cmp(&b.1.direction.dot(-back)));
-        let Some((arrived, spoke)) = arrived else { return shorten(line!()) };
+        let Some((arrived, spoke)) = arrived else { return Step::Shorten };
         if spoke.direction.dot(-back) < 0.5 {
-            return shorten(line!());
+            return Step::Shorten;
         }
         if fan.spokes.len() == 2 {
             let on = fan.spokes[1 - arrived];
             let bend = on.direction.dot(-fan.spokes[arrived].direction);
             if bend > (0.5 * CREASE_ANGLE).to_radians().cos() {
                 // A facet edge of a curved wall: walk on with the other facet.
-                if DBG.with(|d| d.get()) { eprintln!("pass from {} {:?} to {at} {:?} third {third:?} fan {fan:?}", self.x, self.pair, self.prefer(at, on.pair, third)); }
                 let pair = self.prefer(at, on.pair, third);
                 if pair == self.pair && ahead <= self.tie {
-                    return shorten(line!());
+                    return Step::Shorten;
                 }
                 self.travelled += at.distance(self.x) + self.tie;
                 self.x = at;
@@ -560,5 +554,3 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         Step::Stop(Stop::Node { fan, arrived })
     }
 }
-fn shorten(l: u32) -> Step { if DBG.with(|d| d.get()) { eprintln!("shorten at {l}"); } Step::Shorten }
-thread_local!{ pub static DBG: std::cell::Cell<bool> = const { std::cell::Cell::new(false) }; }

@@ -202,7 +202,6 @@ impl Work<'_> {
     fn walk(&mut self, probe: &mut Probe, from: ArcEnd, at: DVec3, pair: Pair) {
         self.mark(from);
         let stop = contour::follow(probe, self.region, at, pair);
-        let dbg = format!("{stop:?}");
         let to = match stop {
             Stop::Side { side, at, pair } => self.arrive_on_side(probe, side, at, pair),
             Stop::Node { fan, arrived } => {
@@ -239,7 +238,7 @@ impl Work<'_> {
                 self.mark(to);
                 self.out.arcs.push(FaceArc { ends: [from, to] });
             }
-            None => { if std::env::var("DBG5").is_ok() { eprintln!("CONFLICT from {from:?} {at} pair {pair:?} stop {dbg} region {:?} sides {:?} nodes {:?} arcs {:?}", self.region.corners, self.sides, self.out.nodes, self.out.arcs); } self.out.lost.push(at) }
+            None => self.out.lost.push(at),
         }
     }
 
@@ -290,7 +289,6 @@ impl Work<'_> {
                 let across = distance_to(field, at, pair.left).1 - distance_to(field, at, pair.right).1;
                 let walls = if across.dot(way) > 0.0 { [pair.left, pair.right] } else { [pair.right, pair.left] };
                 let crossing = Crossing { at, walls };
-                if std::env::var("DBG2").is_ok() && probe.field().signed_clearance(at) < -1e-6 { eprintln!("LEAK found crossing {at} outside, pair {pair:?} side {side} region {:?} nodes {:?} sides {:?}", self.region.corners, self.out.nodes, self.sides); }
                 self.sides[side].push(crossing);
                 self.used[side].push(false);
                 self.out.found.push((side as u8, crossing));

@@ -133,17 +133,9 @@ pub fn direction(probe: &Probe, x: DVec3, walls: &[FaceId], towards: DVec3) -> O
     Some(if t.dot(towards) < 0.0 { -t } else { t })
 }
 
-/// debug
-pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, towards: DVec3) -> CurveStop {
-    let w0 = walls.clone();
-    let r = follow2(probe, cage, start, walls, towards);
-    if let CurveStop::Lost{at} = r && std::env::var("DBG3").is_ok() { eprintln!("SEAM LOST at {at} from {start} walls {w0:?} towards {towards}"); super::contour::DBG.with(|d| d.set(true)); for f in &w0 { eprintln!("   {:?} {:?}", probe.field().footpoint_on(start, *f), probe.field().footpoint_on(at, *f)); } let mut w = w0; follow2(probe, cage, start, &mut w, towards);super::contour::DBG.with(|d| d.set(false)); }
-    r
-}
-
 /// Follows the curve on which `walls` tie from `start` towards `towards`.
 /// `walls` are those at the end when it returns.
-pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, towards: DVec3) -> CurveStop {
+pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, towards: DVec3) -> CurveStop {
     const MOST_STEPS: usize = 1000;
     let tolerances = probe.walls().tolerances();
     let (tie, tolerance) = (tolerances.tie, tolerances.solve);
@@ -156,7 +148,7 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
     let mut steps = 0;
     'step: while steps < MOST_STEPS && length >= shortest {
         steps += 1;
-        let Some((mut t, mut triple)) = tangent(probe, x, walls) else { if super::contour::DBG.with(|d| d.get()) { for w in walls.iter() { eprintln!("  NOTANGENT {:?}", probe.field().footpoint_on(x, *w)); } } break };
+        let Some((mut t, mut triple)) = tangent(probe, x, walls) else { break };
         if t.dot(last) < 0.0 {
             t = -t;
         }
@@ -183,14 +175,13 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
         // short and the way along the face is not.
         let reach = 0.3 * stride + 1e-3 * size;
         let ties = [Condition::Tie(triple[0], triple[1]), Condition::Tie(triple[0], triple[2])];
-        if super::contour::DBG.with(|d| d.get()) { eprintln!("  step x {x} t {t} last {last} exit {exit:?} stride {stride} leaving {leaving} inward {:?}", cage.inward.map(|n| (n.dot(t), n.dot(x)))); for (k, n) in cage.inward.iter().enumerate() { eprintln!("     face {k} height {}", n.dot(x - cage.on_face(k))); } }
         let Some(mut y) = solve(probe.field(), [ties[0], ties[1], third], predicted, reach, tolerance) else {
-            length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
+            length = stride * 0.4;
             continue;
         };
         let slack = if leaving { 1e-9 } else { 1e-12 };
         if cage.excess(y, if leaving { exit.0 } else { usize::MAX }) > slack * size {
-            length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
+            length = stride * 0.4;
             continue;
         }
         let mut left_part = None;
@@ -198,7 +189,7 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
             let skip = if first { 1e-7 * size + 2.0 * tie } else { 0.0 };
             if let Some((hit, coping)) = probe.coping_hit(x, y, skip) {
                 let Some((at, coping)) = settle(probe, ties, hit, coping, 0.5 * size, tolerance) else {
-                    length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
+                    length = stride * 0.4;
                     continue;
                 };
                 if cage.excess(at, usize::MAX) > 1e-9 * size {
@@ -248,7 +239,7 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
             if let Some(k) = slides_for(probe, y, &carried, foot.face) {
                 carried[k] = foot.face;
                 let Some((_, best)) = tangent(probe, y, &carried) else {
-                    length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
+                    length = stride * 0.4;
                     continue 'step;
                 };
                 triple = best;
@@ -260,7 +251,7 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
                 match solve(probe.field(), [ties[0], ties[1], third], y, reach, tolerance) {
                     Some(z) => y = z,
                     None => {
-                        length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
+                        length = stride * 0.4;
                         continue 'step;
                     }
                 }
@@ -292,7 +283,7 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
                     continue 'step;
                 }
                 _ => {
-                    length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
+                    length = stride * 0.4;
                     continue 'step;
                 }
             }
@@ -304,7 +295,7 @@ pub fn follow2(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, 
                 refresh(probe, y, d, &mut carried, k);
             }
             if (distance_to(probe.field(), y, carried[k]).0 - d).abs() > 8.0 * tie {
-                length = stride * 0.4; if super::contour::DBG.with(|d| d.get()) { eprintln!("seam shorten line {} x {x}", line!()); }
+                length = stride * 0.4;
                 continue 'step;
             }
         }
