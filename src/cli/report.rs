@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use midsurf::extract::{Extraction, Work};
-use midsurf::mesh::midsurface::BorderKind;
+use midsurf::post::listing::{Summary, summary};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -42,6 +42,7 @@ impl Seconds {
 
 /// What is worth telling of an extraction.
 pub(super) struct Report {
+    figures: Summary,
     thickness: Option<Thickness>,
     closed_over: Vec<ClosedOver>,
     seconds: Seconds,
@@ -54,6 +55,7 @@ impl Report {
     pub(super) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
         let closed_over = closed_over(&input.part, &result.surface, result.work.cell);
         Report {
+            figures: summary(&result.surface, &result.graph),
             thickness: Thickness::of(&result.surface),
             warnings: warnings(result, &closed_over),
             closed_over,
@@ -143,14 +145,25 @@ impl Report {
                 "closed": line.closed,
             })
         });
+        let Summary {
+            counts,
+            area,
+            seam_length,
+            coping_border_length,
+            fading_border_length,
+            quality,
+            sheets,
+            ..
+        } = &self.figures;
         json!({
-            "counts": graph.counts(),
-            "area": graph.area(),
-            "seam_length": seam_length(result),
-            "coping_border_length": border_length(result, BorderKind::Coping),
-            "fading_border_length": border_length(result, BorderKind::Fading),
+            "counts": counts,
+            "area": area,
+            "seam_length": seam_length,
+            "coping_border_length": coping_border_length,
+            "fading_border_length": fading_border_length,
             "thickness": self.thickness,
-            "sheets": graph.sheets(),
+            "quality": quality,
+            "sheets": sheets,
             "seams": seams.collect::<Vec<Value>>(),
             "borders": borders.collect::<Vec<Value>>(),
         })
@@ -158,29 +171,23 @@ impl Report {
 
     /// The report in lines for stderr.
     pub(super) fn summary(&self, result: &Extraction, verbose: u8) -> Vec<String> {
-        let Extraction {
-            work,
-            cracks,
-            graph,
-            ..
-        } = result;
-        let counts = graph.counts();
-        let borders = |count, kind| with_length(count, border_length(result, kind));
+        let Extraction { work, cracks, .. } = result;
+        let Summary { counts, .. } = &self.figures;
         let mut lines = vec![
             format!(
                 "sheets       {}, area {}",
                 counts.sheets,
-                figure(graph.area())
+                figure(self.figures.area)
             ),
             format!(
                 "seams        {}",
-                with_length(counts.seams, seam_length(result))
+                with_length(counts.seams, self.figures.seam_length)
             ),
             format!("junctions    {}", counts.junctions),
             format!(
                 "borders      {} coping, {} fading, in {}",
-                borders(counts.coping_borders, BorderKind::Coping),
-                borders(counts.fading_borders, BorderKind::Fading),
+                with_length(counts.coping_borders, self.figures.coping_border_length),
+                with_length(counts.fading_borders, self.figures.fading_border_length),
                 counted(counts.boundary_components, "connected piece"),
             ),
             format!("cracks       {}", cracks.len()),
@@ -195,6 +202,11 @@ impl Report {
             counts.triangles,
             counted(counts.components, "component"),
             counts.euler
+        ));
+        let angles = self.figures.quality;
+        lines.push(format!(
+            "angles       smallest {:.1} degrees, 1 % below {:.1}, median {:.1}",
+            angles.least, angles.percentile_1, angles.median
         ));
         lines.push(format!(
             "cell         {}, {} active",
@@ -220,7 +232,7 @@ impl Report {
             lines.push(format!("memory       {peak} at the peak"));
         }
         if verbose > 0 {
-            for (number, sheet) in graph.sheets().iter().enumerate() {
+            for (number, sheet) in self.figures.sheets.iter().enumerate() {
                 let [area, min, max] =
                     [sheet.area, sheet.thickness.min, sheet.thickness.max].map(figure);
                 lines.push(format!(
@@ -335,18 +347,6 @@ fn named(places: impl ExactSizeIterator<Item = DVec3>) -> String {
 fn place(p: DVec3) -> String {
     let [x, y, z] = p.to_array().map(figure);
     format!("({x}, {y}, {z})")
-}
-
-fn seam_length(result: &Extraction) -> f64 {
-    result.graph.seams().iter().map(|seam| seam.length).sum()
-}
-
-fn border_length(result: &Extraction, kind: BorderKind) -> f64 {
-    let borders = result.surface.borders.iter().zip(result.graph.borders());
-    borders
-        .filter(|(line, _)| line.kind == kind)
-        .map(|(_, data)| data.length)
-        .sum()
 }
 
 fn with_length(count: usize, length: f64) -> String {

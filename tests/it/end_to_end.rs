@@ -301,6 +301,26 @@ fn summary_goes_to_stderr_and_quiet_to_nowhere() {
 }
 
 #[test]
+fn list_goes_to_stdout() {
+    let desk = Desk::new();
+    let part = fixture("tee.obj");
+    let tags = fixture("tee.coping.txt");
+    let part = [part.to_str().unwrap(), "--coping", tags.to_str().unwrap()];
+    let args = [&["extract", "--list", "-q"], &part[..]].concat();
+    let output = desk.run(&args);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stderr.is_empty());
+    let list = text(&output.stdout);
+    assert!(list.starts_with("3 sheets, 1 seam, 0 junctions;"), "{list}");
+    assert_eq!(list.matches("\nsheet ").count(), 3);
+    assert_eq!(list.matches("\nseam of 3 ").count(), 1);
+    let both = desk.run(&[&args[..], &["--json", "-"]].concat());
+    assert_eq!(both.status.code(), Some(2));
+    assert!(both.stdout.is_empty());
+    assert!(text(&both.stderr).contains("--list"));
+}
+
+#[test]
 fn too_fine_a_cell_is_refused() {
     let desk = Desk::new();
     let part = fixture("plate.obj");
