@@ -30,7 +30,11 @@ fn main() {
         _ => {
             enclosure();
             let cells: Vec<f64> = args.iter().filter_map(|arg| arg.parse().ok()).collect();
-            plates(if cells.is_empty() { &[2.0, 1.0, 0.5, 0.28] } else { &cells });
+            plates(if cells.is_empty() {
+                &[2.0, 1.0, 0.5, 0.28]
+            } else {
+                &cells
+            });
         }
     }
 }
@@ -94,7 +98,10 @@ fn plates(cells: &[f64]) {
     println!("|{}", " --- |".repeat(10));
     let program = std::env::current_exe().expect("own name");
     for cell in cells {
-        let child = Command::new(&program).arg(CHILD).arg(cell.to_string()).output();
+        let child = Command::new(&program)
+            .arg(CHILD)
+            .arg(cell.to_string())
+            .output();
         match child {
             Ok(output) if output.status.success() => {
                 print!("{}", String::from_utf8_lossy(&output.stdout));
@@ -113,7 +120,9 @@ fn one_plate(cell: f64) {
     let (result, seconds) = run(&part, cell * PLATE_THICKNESS);
     let peak = memory("VmHWM:");
     let cells = result.work.cells as f64;
-    let own = peak.zip(before).map(|(peak, before)| (peak - before) / cells);
+    let own = peak
+        .zip(before)
+        .map(|(peak, before)| (peak - before) / cells);
     let shown = |value: Option<f64>| value.map_or("?".into(), |value| format!("{value:.0}"));
     println!(
         "| {cell} | {} | {} | {} | {} | {seconds:.2} | {:.2} | {} | {:.1} | {} |",

@@ -20,15 +20,45 @@ struct Change {
 fn changes() -> Vec<Change> {
     let odd = DMat3::from_axis_angle(DVec3::new(0.3, -0.8, 0.52).normalize(), 0.7351);
     let other = DMat3::from_axis_angle(DVec3::new(-0.61, 0.2, 0.77).normalize(), 2.1817);
-    let same = |name| Change { name, scale: 1.0, turn: DMat3::IDENTITY, shift: DVec3::ZERO, stride: 1 };
+    let same = |name| Change {
+        name,
+        scale: 1.0,
+        turn: DMat3::IDENTITY,
+        shift: DVec3::ZERO,
+        stride: 1,
+    };
     vec![
-        Change { turn: odd, ..same("rotated") },
-        Change { turn: other, ..same("rotated otherwise") },
-        Change { shift: DVec3::new(1e4, -1e4, 1e4), ..same("translated by 1e4") },
-        Change { scale: 1e-3, ..same("scaled by 1e-3") },
-        Change { scale: 1e3, ..same("scaled by 1e3") },
-        Change { stride: 7, ..same("shuffled") },
-        Change { turn: odd, scale: 0.37, shift: DVec3::new(3.0, 100.0, -7.0), stride: 11, ..same("all at once") },
+        Change {
+            turn: odd,
+            ..same("rotated")
+        },
+        Change {
+            turn: other,
+            ..same("rotated otherwise")
+        },
+        Change {
+            shift: DVec3::new(1e4, -1e4, 1e4),
+            ..same("translated by 1e4")
+        },
+        Change {
+            scale: 1e-3,
+            ..same("scaled by 1e-3")
+        },
+        Change {
+            scale: 1e3,
+            ..same("scaled by 1e3")
+        },
+        Change {
+            stride: 7,
+            ..same("shuffled")
+        },
+        Change {
+            turn: odd,
+            scale: 0.37,
+            shift: DVec3::new(3.0, 100.0, -7.0),
+            stride: 11,
+            ..same("all at once")
+        },
     ]
 }
 
@@ -50,12 +80,18 @@ fn changed(mesh: &TriMesh, coping: &[bool], change: &Change) -> Part {
 }
 
 fn run(part: &Part, cell: f64) -> Extraction {
-    let settings = Settings { cell: Cell::Length(cell), ..Settings::default() };
+    let settings = Settings {
+        cell: Cell::Length(cell),
+        ..Settings::default()
+    };
     extract(part, &settings, &|_, _, _| ()).unwrap()
 }
 
 fn counts(e: &Extraction) -> (usize, u32, usize, i64) {
-    let (v, t) = (e.surface.vertices.len() as i64, e.surface.triangles.len() as i64);
+    let (v, t) = (
+        e.surface.vertices.len() as i64,
+        e.surface.triangles.len() as i64,
+    );
     let mut edges: Vec<(u32, u32)> = e
         .surface
         .triangles
@@ -65,7 +101,12 @@ fn counts(e: &Extraction) -> (usize, u32, usize, i64) {
         .collect();
     edges.sort_unstable();
     edges.dedup();
-    (e.cracks.len(), e.surface.sheet_count, e.surface.seams.len(), v - edges.len() as i64 + t)
+    (
+        e.cracks.len(),
+        e.surface.sheet_count,
+        e.surface.seams.len(),
+        v - edges.len() as i64 + t,
+    )
 }
 
 fn area(e: &Extraction) -> f64 {
@@ -81,15 +122,26 @@ fn area(e: &Extraction) -> f64 {
 
 fn check(name: &str, cell: f64) {
     let (mesh, coping) = fixture_part(name);
-    let part = Part::new(mesh.clone(), coping.clone(), PartOptions::default()).unwrap().0;
+    let part = Part::new(mesh.clone(), coping.clone(), PartOptions::default())
+        .unwrap()
+        .0;
     let plain = run(&part, cell);
     assert_eq!(plain.cracks.len(), 0, "{name}");
     for change in changes() {
         let part = changed(&mesh, &coping, &change);
         let result = run(&part, cell * change.scale);
-        assert_eq!(counts(&result), counts(&plain), "{name} {}: cracks, sheets, seams, Euler", change.name);
+        assert_eq!(
+            counts(&result),
+            counts(&plain),
+            "{name} {}: cracks, sheets, seams, Euler",
+            change.name
+        );
         let ratio = area(&result) / change.scale.powi(2) / area(&plain);
-        assert!((ratio - 1.0).abs() < 3e-3, "{name} {}: area ratio {ratio}", change.name);
+        assert!(
+            (ratio - 1.0).abs() < 3e-3,
+            "{name} {}: area ratio {ratio}",
+            change.name
+        );
     }
 }
 
@@ -163,7 +215,10 @@ fn bytes_do_not_depend_on_threads() {
     let (mesh, coping) = fixture_part("boss_gussets");
     let part = Part::new(mesh, coping, PartOptions::default()).unwrap().0;
     let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| run(&part, 1.0)).surface
     };
     let one = on(1);
