@@ -297,6 +297,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
         }
         let Some((y, left_part)) = landed else { return Step::Shorten };
+        if !self.plain_step(y, pair, stride) {
+            return Step::Shorten;
+        }
         if let Some((station, _)) = station {
             if left_part.is_none() && y.distance(self.region.stations[station]) <= 1e-6 * self.size + 4.0 * self.tie {
                 return Step::Stop(Stop::Station { station, heading: t });
@@ -485,6 +488,19 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         walls
             .separate(y, &field.footpoint_on(y, new.left), &field.footpoint_on(y, new.right))
             .then_some(new)
+    }
+
+    /// Whether the walls lie plain under a step on which they gave way to
+    /// others; a thin web that stands between shows in a shorter step.
+    fn plain_step(&self, y: DVec3, pair: Pair, stride: f64) -> bool {
+        const SHORT: f64 = 0.05;
+        let (walls, field) = (self.probe.walls(), self.probe.field());
+        [(self.pair.left, pair.left), (self.pair.right, pair.right)].into_iter().all(|(old, new)| {
+            let to = field.footpoint_on(y, new);
+            old == new
+                || stride <= SHORT * to.distance
+                || walls.plain_between(&field.footpoint_on(self.x, old), &to)
+        })
     }
 
     /// `pair` with `wall` in the place of a triangle that it shares its footpoint with.
