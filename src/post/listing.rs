@@ -136,14 +136,13 @@ fn write(
         let data = &graph.sheets()[sheet as usize];
         writeln!(
             out,
-            "sheet {}: area {}, Euler {}, {}, thickness {}, angle {} to {}{}",
+            "sheet {}: area {}, Euler {}, {}, thickness {}, median angle {}{}",
             places.name(sheet),
             rounded(data.area),
             data.euler,
             plural(data.boundary_loops, "loop"),
             range(data.thickness),
-            rounded(data.angle.min),
-            rounded(data.angle.max),
+            rounded(data.angle.median),
             if data.orientable { "" } else { ", one-sided" },
         )?;
     }
@@ -352,5 +351,73 @@ fn range(span: Span) -> String {
         low
     } else {
         format!("{low} to {high}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assembly::tet::Line;
+    use crate::field::Field;
+    use crate::post::clean::clean;
+    use crate::post::graph::build;
+    use crate::post::shapes::{book, marked, no_field, part, raw};
+
+    fn of_part(name: &str, cell: f64) -> (MidSurface, SheetGraph) {
+        let part = part(name);
+        let field = Field::new(&part);
+        let (surface, graph, _) = build(&clean(raw(&part, &field, cell), cell), &field);
+        (surface, graph)
+    }
+
+    #[test]
+    fn a_cross_is_listed_alike_at_any_cell() {
+        let text = |cell| {
+            let (surface, graph) = of_part("cross", cell);
+            listing(&surface, &graph)
+        };
+        // Sheets of straight walls are flat: nothing depends on the cell.
+        assert_eq!(text(2.0), text(6.0));
+        insta::assert_snapshot!(text(2.0));
+    }
+
+    #[test]
+    fn a_book_is_listed_with_its_problems() {
+        let (surface, graph, _) = build(&book(3, 1, 2), &no_field());
+        insta::assert_snapshot!(listing(&surface, &graph));
+    }
+
+    #[test]
+    fn a_summary_adds_up() {
+        let (surface, graph) = of_part("plate", 3.0);
+        let summary = summary(&surface, &graph);
+        assert!((summary.area - 2400.0).abs() < 1e-6);
+        assert!((summary.coping_border_length - 200.0).abs() < 1e-6);
+        assert_eq!(summary.fading_border_length, 0.0);
+        assert_eq!(summary.sheets.len(), 1);
+        assert!(summary.quality.least <= summary.quality.percentile_1);
+        assert!(serde_json::to_string(&summary).is_ok());
+    }
+
+    #[test]
+    fn figures_are_rounded_to_their_size() {
+        for (x, text) in [
+            (0.0, "0"),
+            (2.0, "2"),
+            (1999.99996, "2000"),
+            (123456.7, "123457"),
+            (0.000123456, "0.00012346"),
+            (2.345678, "2.3457"),
+        ] {
+            assert_eq!(rounded(x), text);
+        }
+        assert_eq!(place(DVec3::new(-1e-9, 0.5, 1.00004)), "(0, 0.5, 1)");
+    }
+
+    #[test]
+    fn quality_of_known_triangles() {
+        let surface = build(&marked(book(3, 1, 1), Line::CopingBorder), &no_field()).0;
+        let quality = Quality::of(&surface);
+        assert!((quality.least - 45.0).abs() < 1e-9 && quality.share_below_5 == 0.0);
     }
 }

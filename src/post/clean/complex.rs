@@ -98,10 +98,10 @@ impl Complex {
     pub(super) fn into_mesh(self, mesh: &RawMesh) -> RawMesh {
         let mut number = vec![GONE; self.at.len()];
         let mut vertices = Vec::new();
-        for v in 0..self.at.len() {
+        for (v, vertex) in mesh.vertices.iter().enumerate() {
             if !self.around[v].is_empty() {
                 number[v] = vertices.len() as u32;
-                vertices.push(mesh.vertices[v].clone());
+                vertices.push(vertex.clone());
             }
         }
         let renumber = |v: u32| number[v as usize];

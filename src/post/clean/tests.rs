@@ -256,6 +256,72 @@ proptest! {
     }
 }
 
+proptest! {
+    /// Sheets at a seam, rings and Moebius strips, with vertices anywhere:
+    /// shapes are senseless here, only the topology counts.
+    #[test]
+    fn any_complex_keeps_its_topology(
+        kind in 0usize..4,
+        size in 1usize..6,
+        places in prop::collection::vec((0..4i32, 0..4i32, 0..4i32), 130),
+        cell in 0.5..20.0f64,
+    ) {
+        let mut raw = match kind {
+            0 => book(3 + size % 3, 2, size),
+            1 => book(4, 1 + size, 3),
+            2 => band(5 + size, 1),
+            _ => band(5 + size, 0),
+        };
+        raw = marked(raw, Line::FadingBorder);
+        for (v, (x, y, z)) in raw.vertices.iter_mut().zip(places) {
+            v.at += 0.3 * DVec3::new(x.into(), y.into(), z.into());
+        }
+        // Any drift is allowed, so that all contractions are tried.
+        let settings = Settings { drift: 100.0, short: 1.0, ..Settings::default() };
+        let (clean, _) = clean_counted(&raw, cell, &settings);
+        let (_, before, _) = build(&raw, &no_field());
+        let (_, after, _) = build(&clean, &no_field());
+        prop_assert_eq!(fixed(&before), fixed(&after));
+        check(&raw, &no_field(), cell);
+    }
+}
+
+/// In a plane nothing may overlap: the area stays.
+#[test]
+fn flat_sheets_stay_covered_once() {
+    for (name, cells) in [
+        ("plate", &[1.0, 5.0][..]),
+        ("plate_holes", &[0.7, 2.0, 6.0]),
+        ("cross", &[1.0, 6.0]),
+    ] {
+        let part = part(name);
+        let field = Field::new(&part);
+        for &cell in cells {
+            let raw = raw(&part, &field, cell);
+            let (_, _, after) = check(&raw, &field, cell);
+            let (_, before, _) = build(&raw, &field);
+            let change = (after.area() / before.area() - 1.0).abs();
+            assert!(change < 1e-8, "{name} {cell}: area by {change}");
+        }
+    }
+}
+
+#[test]
+fn the_same_mesh_gives_the_same_result() {
+    let part = part("tee_rotated");
+    let field = Field::new(&part);
+    let raw = raw(&part, &field, 3.0);
+    let [a, b] = [clean(raw.clone(), 3.0), clean(raw, 3.0)];
+    assert_eq!(a.triangles, b.triangles);
+    assert!(
+        a.vertices
+            .iter()
+            .zip(&b.vertices)
+            .all(|(a, b)| a.at == b.at)
+    );
+    assert_eq!(a.lines, b.lines);
+}
+
 /// The raw meshes of parts, at cells smaller and larger than the wall.
 #[test]
 fn parts_keep_their_topology() {

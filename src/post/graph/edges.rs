@@ -106,7 +106,8 @@ pub(super) fn chains(edges: &[([u32; 2], u32)], stops: &dyn Fn(u32) -> bool) -> 
         let closed = loop {
             used[n as usize] = true;
             let ends = edges[n as usize].0;
-            v = ends[0] ^ ends[1] ^ v;
+            // The other end.
+            v ^= ends[0] ^ ends[1];
             match onward(v, n) {
                 // Back at the start of a loop.
                 Some(next) if used[next as usize] => break true,
