@@ -54,7 +54,8 @@ fn first_command_works_and_second_is_what_ci_runs() {
     assert_eq!(commands.len(), 2);
     let ci = file(".ci/run");
     assert!(
-        ci.lines().any(|line| line == commands[1]),
+        ci.lines()
+            .any(|line| line == format!("step {}", commands[1])),
         "{}",
         commands[1]
     );
