@@ -8,5 +8,6 @@ mod invariance;
 mod parts;
 mod readers;
 mod readme;
+mod snapshots;
 mod tags;
 mod writers;
