@@ -305,6 +305,35 @@ fn flat_sheets_stay_covered_once() {
     }
 }
 
+/// Border edges lie on coping faces, between their ends too.
+#[test]
+fn coping_borders_stay_on_coping() {
+    for (name, cell) in [
+        ("slanted_45", 6.0),
+        ("cylinder_shell", 6.0),
+        ("plate_holes", 6.0),
+        ("ell_bend", 2.0),
+        ("rib_grid", 6.0),
+    ] {
+        let part = part(name);
+        let field = Field::new(&part);
+        let raw = raw(&part, &field, cell);
+        let gap = |mesh: &RawMesh| {
+            let borders = mesh.lines.iter().filter(|l| *l.1 == Line::CopingBorder);
+            let gaps = borders.flat_map(|((a, b), _)| {
+                let [p, q] = [a, b].map(|v| mesh.vertices[*v as usize].at);
+                [0.1, 0.5, 0.8].map(|s| {
+                    let nearest = field.nearest_coping(p.lerp(q, s), f64::INFINITY);
+                    nearest.map_or(f64::INFINITY, |n| n.distance)
+                })
+            });
+            gaps.fold(0.0, f64::max)
+        };
+        let (before, after) = (gap(&raw), gap(&clean_on(raw.clone(), cell, &field)));
+        assert!(after <= before + 1e-8, "{name}: {before} {after}");
+    }
+}
+
 #[test]
 fn the_same_mesh_gives_the_same_result() {
     let part = part("tee_rotated");
