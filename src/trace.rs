@@ -306,7 +306,7 @@ impl<'a> Tracer<'a> {
     /// the order of their keys.
     pub fn assemble(&self) -> RawMesh {
         let mut tets: Vec<TetKey> =
-            self.found.tets.iter().filter(|t| !t.1.triangles.is_empty()).map(|t| *t.0).collect();
+            self.found.tets.iter().filter(|t| !t.1.polygons.is_empty()).map(|t| *t.0).collect();
         tets.par_sort_unstable();
         let mut keys: Vec<VertexKey> =
             tets.iter().flat_map(|t| self.found.tets[t].triangles.iter().flatten().copied()).collect();

@@ -2,7 +2,7 @@
 //! paper's example, and a ribbed plate of a million triangles at four cell sizes.
 //!
 //! `cargo bench --bench extract`; with numbers after `--`, these wall thicknesses
-//! are the cells of the plate (default 2, 1, 0.5, 0.28). Each plate is extracted in a process
+//! are the cells of the plate (default 2, 1, 0.5, 0.25). Each plate is extracted in a process
 //! of its own, so that its peak memory is its own. Threads as RAYON_NUM_THREADS says.
 
 use std::process::Command;
@@ -30,7 +30,11 @@ fn main() {
         _ => {
             enclosure();
             let cells: Vec<f64> = args.iter().filter_map(|arg| arg.parse().ok()).collect();
-            plates(if cells.is_empty() { &[2.0, 1.0, 0.5, 0.28] } else { &cells });
+            plates(if cells.is_empty() {
+                &[2.0, 1.0, 0.5, 0.25]
+            } else {
+                &cells
+            });
         }
     }
 }
@@ -52,7 +56,7 @@ fn enclosure() {
     let file = format!("{folder}enclosure.obj");
     let loaded = read_mesh(&file).expect("fixture");
     let tags = format!("{folder}enclosure.coping.txt");
-    let coping = read_tags(tags.as_ref(), &loaded, file.as_ref()).expect("tags");
+    let coping = read_tags(&tags, &loaded, file.as_ref()).expect("tags");
     let (part, _) =
         Part::new(loaded.mesh, coping.flags, PartOptions::default()).expect("a sound part");
 
@@ -93,15 +97,33 @@ fn plates(cells: &[f64]) {
     );
     println!("|{}", " --- |".repeat(10));
     let program = std::env::current_exe().expect("own name");
+    let mut rows: Vec<[f64; 3]> = Vec::new();
     for cell in cells {
-        let child = Command::new(&program).arg(CHILD).arg(cell.to_string()).output();
+        let child = Command::new(&program)
+            .args([CHILD, &cell.to_string()])
+            .output();
         match child {
             Ok(output) if output.status.success() => {
-                print!("{}", String::from_utf8_lossy(&output.stdout));
+                let row = String::from_utf8_lossy(&output.stdout);
+                print!("{row}");
+                let columns: Vec<&str> = row.split('|').map(str::trim).collect();
+                // Active cells, seconds, peak megabytes.
+                let figure = |column: usize| columns[column].parse().unwrap_or(f64::NAN);
+                rows.push([figure(3), figure(6), figure(8)]);
             }
             Ok(output) => println!("| {cell} | {} |", output.status),
             Err(error) => println!("| {cell} | {error} |"),
         }
+    }
+    for pair in rows.windows(2) {
+        let [cells, seconds, megabytes] = [0, 1, 2].map(|k| pair[1][k] - pair[0][k]);
+        println!(
+            "from {} to {} cells: {:.1} microseconds and {:.0} bytes for each further cell",
+            pair[0][0],
+            pair[1][0],
+            1e6 * seconds / cells,
+            1e6 * megabytes / cells
+        );
     }
 }
 
@@ -113,7 +135,9 @@ fn one_plate(cell: f64) {
     let (result, seconds) = run(&part, cell * PLATE_THICKNESS);
     let peak = memory("VmHWM:");
     let cells = result.work.cells as f64;
-    let own = peak.zip(before).map(|(peak, before)| (peak - before) / cells);
+    let own = peak
+        .zip(before)
+        .map(|(peak, before)| (peak - before) / cells);
     let shown = |value: Option<f64>| value.map_or("?".into(), |value| format!("{value:.0}"));
     println!(
         "| {cell} | {} | {} | {} | {} | {seconds:.2} | {:.2} | {} | {:.1} | {} |",

@@ -77,7 +77,7 @@ def measure(part, factor, options, folder):
     report, truth = load(report_file), load(truth_file)
     row["cracks"] = report.get("cracks")
     row["closed over"] = len(report.get("closed_over", []))
-    row["triangles"] = get(report, "result.triangles")
+    row["triangles"] = get(report, "result.counts.triangles")
 
     command = [sys.executable, options.judge, part, tags, mid, "--json", judged_file, "--cell",
                get(report, "settings.cell_length")]
@@ -95,7 +95,7 @@ def measure(part, factor, options, folder):
         return row
     ideal = truth.get("ideal_mid") or {}
     row["counts"] = counts(get(judged, "topology.sheets"), get(judged, "topology.seams.polylines"),
-                           get(judged, "topology.components"), get(report, "result.euler"))
+                           get(judged, "topology.components"), get(report, "result.counts.euler"))
     if ideal:
         row["truth"] = counts(*(ideal.get(k) for k in ("sheets", "seams", "components", "euler")))
     row["judge cracks"] = get(judged, "topology.boundary.crack_edges")

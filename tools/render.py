@@ -3,7 +3,7 @@
 lines, coping borders blue, fading borders green, other free edges black.
 
     render.py MID.obj picture.png
-    render.py MID.ply picture.png --part PART.obj --view iso --view -1,-1,0.4
+    render.py MID.ply picture.png --part PART.obj --view iso --view=-1,-1,0.4
     render.py MID.ply junction.png --zoom 10,20,0,5 --edges
 
 Reads the OBJ and PLY files that `midsurf extract` writes. An OBJ tells fading
@@ -146,8 +146,8 @@ def flood(triangles):
 def sheet_colours(count):
     """Distinct light colours, neighbours in number far apart in hue."""
     golden = 0.61803398875
-    shades = [(0.45, 0.95), (0.6, 0.8), (0.3, 0.9)]
-    rows = [colorsys.hsv_to_rgb((0.11 + k * golden) % 1.0, *shades[k % 3]) for k in range(max(count, 1))]
+    shades = [(0.22, 0.95), (0.5, 0.9), (0.35, 1.0)]
+    rows = [colorsys.hsv_to_rgb((0.57 + k * golden) % 1.0, *shades[k % 3]) for k in range(max(count, 1))]
     return (np.array(rows) * 255).astype(np.uint8)
 
 
@@ -186,7 +186,7 @@ def draw(plotter, mesh, options, part, lift):
     surface.cell_data["rgb"] = sheet_colours(int(mesh.sheets.max(initial=0)) + 1)[shown.sheets]
     plotter.add_mesh(
         surface, scalars="rgb", rgb=True, show_edges=options.edges, edge_color=(0.3, 0.3, 0.3), line_width=1,
-        ambient=0.35, diffuse=0.7, specular=0.0,
+        ambient=0.5, diffuse=0.55, specular=0.0,
     )
     free = [tuple(e) for e in edges[counts == 1].tolist()]
     fading = mesh.fading
@@ -266,9 +266,12 @@ def main():
     options = parser.parse_args()
     try:
         import pyvista
+        from vtkmodules.vtkCommonCore import vtkLogger
     except ImportError:
         print("render: pyvista is missing: pip install pyvista", file=sys.stderr)
         return 2
+    # It complains of a missing display before it goes on without one.
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
         mesh = read(options.mid)
         part = read_obj(options.part) if options.part else None

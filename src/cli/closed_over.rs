@@ -39,7 +39,10 @@ pub(super) fn closed_over(part: &Part, surface: &MidSurface, cell: f64) -> Vec<C
     }
     let coping = TriMesh {
         positions: mesh.positions.clone(),
-        triangles: faces.iter().map(|&face| mesh.triangles[face as usize]).collect(),
+        triangles: faces
+            .iter()
+            .map(|&face| mesh.triangles[face as usize])
+            .collect(),
     };
     let (label, count) = coping.edges().components(faces.len());
     let reached = reached(&coping, surface, REACH * cell, &label, count);
@@ -129,7 +132,9 @@ mod tests {
         let loaded =
             read_mesh_bytes(text.as_bytes(), MeshFormat::Obj, "plate.obj".as_ref()).unwrap();
         let coping = loaded.source.iter().map(|&facet| facet >= 4).collect();
-        Part::new(loaded.mesh, coping, PartOptions::default()).unwrap().0
+        Part::new(loaded.mesh, coping, PartOptions::default())
+            .unwrap()
+            .0
     }
 
     fn borders_at(points: &[DVec3]) -> MidSurface {
@@ -155,7 +160,10 @@ mod tests {
         assert_eq!(missing.len(), 1);
         assert_eq!((missing[0].triangle, missing[0].triangles), (10, 2));
         assert_eq!(missing[0].area, 4.0);
-        assert_eq!((missing[0].min, missing[0].max), ([4.0, 0.0, 0.0], [4.0, 4.0, 1.0]));
+        assert_eq!(
+            (missing[0].min, missing[0].max),
+            ([4.0, 0.0, 0.0], [4.0, 4.0, 1.0])
+        );
         // Near is not on.
         let near = borders_at(&[left, right - 0.01 * DVec3::X]);
         assert_eq!(closed_over(&part, &near, 1.0).len(), 1);

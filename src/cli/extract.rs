@@ -11,6 +11,7 @@ use midsurf::io::write::{
 };
 use midsurf::mesh::PartOptions;
 use midsurf::mesh::midsurface::MidSurface;
+use midsurf::post::listing::listing;
 use serde_json::Value;
 
 use super::cell::CellSize;
@@ -82,6 +83,9 @@ pub(super) struct Args {
     /// Write a report as JSON; `-` for stdout
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
+    /// Print all sheets, seams, borders and junctions to stdout, sorted by place
+    #[arg(long)]
+    list: bool,
     /// Keep the fins that run into convex edges of one wall
     #[arg(long)]
     pub(super) keep_fins: bool,
@@ -92,7 +96,12 @@ pub(super) struct Args {
     #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
     pub(super) weld: Option<f64>,
     /// Refuse cells so small that the lattice would need more memory than this
-    #[arg(long, value_name = "SIZE", default_value = "8G", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "8G",
+        allow_negative_numbers = true
+    )]
     pub(super) memory_limit: Bytes,
     /// Write seams and borders into OBJ files too, as lines
     #[arg(long)]
@@ -121,6 +130,12 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     check_names(&args)?;
+    if args.list && args.json.is_some() && json_file(&args).is_none() {
+        return Err(Failure::usage(
+            "--list and `--json -` both want standard output",
+            "give the report a file: --json FILE",
+        ));
+    }
     if let Some(threads) = args.threads {
         // Fails only if the pool exists already; nothing ran before this.
         let _ = rayon::ThreadPoolBuilder::new()
@@ -162,6 +177,11 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     let report = Report::new(&input, &result, seconds);
     finish(&args, staged, &report.json(&args, &input, &result))?;
     drop(progress);
+    if args.list {
+        let mut out = io::stdout().lock();
+        out.write_all(listing(&result.surface, &result.graph).as_bytes())?;
+        out.flush()?;
+    }
     if !args.quiet {
         print_warnings(&report.warnings);
         for line in report.summary(&result, args.verbose) {

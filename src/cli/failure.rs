@@ -40,6 +40,14 @@ impl Failure {
         })
     }
 
+    /// Flags that do not go together.
+    pub(super) fn usage(message: impl Into<String>, help: impl Into<String>) -> Failure {
+        Failure::input(Explained {
+            message: message.into(),
+            help: Some(help.into()),
+        })
+    }
+
     /// Settings that do not fit the part.
     pub(super) fn extract(error: &ExtractError, file: &Path) -> Failure {
         let help = match error {

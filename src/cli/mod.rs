@@ -13,7 +13,7 @@ mod memory;
 mod progress;
 mod report;
 mod tags;
-mod tally;
+mod thickness;
 
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use midsurf::extract::{Extraction, Work};
+use midsurf::post::listing::{Summary, summary};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -10,7 +11,7 @@ use super::extract::Args;
 use super::info::figure;
 use super::input::{Input, Warning};
 use super::memory::{Bytes, peak};
-use super::tally::{Lines, Tally};
+use super::thickness::Thickness;
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -41,7 +42,8 @@ impl Seconds {
 
 /// What is worth telling of an extraction.
 pub(super) struct Report {
-    tally: Tally,
+    figures: Summary,
+    thickness: Option<Thickness>,
     closed_over: Vec<ClosedOver>,
     seconds: Seconds,
     peak: Option<Bytes>,
@@ -53,7 +55,8 @@ impl Report {
     pub(super) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
         let closed_over = closed_over(&input.part, &result.surface, result.work.cell);
         Report {
-            tally: Tally::of(&result.surface),
+            figures: summary(&result.surface, &result.graph),
+            thickness: Thickness::of(&result.surface),
             warnings: warnings(result, &closed_over),
             closed_over,
             seconds,
@@ -94,7 +97,7 @@ impl Report {
                 "weld": args.weld,
                 "obj_lines": args.obj_lines,
             },
-            "result": self.tally,
+            "result": self.result(result),
             "cracks": cracks.len(),
             "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],
             "closed_over": self.closed_over,
@@ -121,34 +124,95 @@ impl Report {
         })
     }
 
+    /// What came out.
+    fn result(&self, result: &Extraction) -> Value {
+        let Extraction { surface, graph, .. } = result;
+        let seams = surface.seams.iter().zip(graph.seams());
+        let seams = seams.map(|(line, data)| {
+            json!({
+                "sheets": line.sheets,
+                "length": data.length,
+                "closed": line.closed,
+                "ends": data.ends,
+            })
+        });
+        let borders = surface.borders.iter().zip(graph.borders());
+        let borders = borders.map(|(line, data)| {
+            json!({
+                "sheet": line.sheet,
+                "kind": line.kind,
+                "length": data.length,
+                "closed": line.closed,
+            })
+        });
+        let Summary {
+            counts,
+            area,
+            seam_length,
+            coping_border_length,
+            fading_border_length,
+            quality,
+            sheets,
+            ..
+        } = &self.figures;
+        json!({
+            "counts": counts,
+            "area": area,
+            "seam_length": seam_length,
+            "coping_border_length": coping_border_length,
+            "fading_border_length": fading_border_length,
+            "thickness": self.thickness,
+            "quality": quality,
+            "sheets": sheets,
+            "seams": seams.collect::<Vec<Value>>(),
+            "borders": borders.collect::<Vec<Value>>(),
+        })
+    }
+
     /// The report in lines for stderr.
     pub(super) fn summary(&self, result: &Extraction, verbose: u8) -> Vec<String> {
-        let Tally { seams, .. } = self.tally;
         let Extraction { work, cracks, .. } = result;
+        let Summary { counts, .. } = &self.figures;
         let mut lines = vec![
-            format!("sheets       {}, area {}", self.tally.sheets, figure(self.tally.area)),
-            format!("seams        {}", with_length(seams)),
-            format!("junctions    {}", self.tally.inner_junctions),
             format!(
-                "borders      {} coping, {} fading, in {} connected pieces",
-                with_length(self.tally.coping_borders),
-                with_length(self.tally.fading_borders),
-                self.tally.boundary_components
+                "sheets       {}, area {}",
+                counts.sheets,
+                figure(self.figures.area)
+            ),
+            format!(
+                "seams        {}",
+                with_length(counts.seams, self.figures.seam_length)
+            ),
+            format!("junctions    {}", counts.junctions),
+            format!(
+                "borders      {} coping, {} fading, in {}",
+                with_length(counts.coping_borders, self.figures.coping_border_length),
+                with_length(counts.fading_borders, self.figures.fading_border_length),
+                counted(counts.boundary_components, "connected piece"),
             ),
             format!("cracks       {}", cracks.len()),
         ];
-        if let Some(t) = self.tally.thickness {
+        if let Some(t) = self.thickness {
             let [min, median, max] = [t.min, t.p50, t.max].map(figure);
             lines.push(format!("thickness    {min} to {max}, median {median}"));
         }
         lines.push(format!(
             "mesh         {} vertices, {} triangles, {}, Euler characteristic {}",
-            self.tally.vertices,
-            self.tally.triangles,
-            counted(self.tally.components, "component"),
-            self.tally.euler
+            counts.vertices,
+            counts.triangles,
+            counted(counts.components, "component"),
+            counts.euler
         ));
-        lines.push(format!("cell         {}, {} active", figure(work.cell), work.cells));
+        let angles = self.figures.quality;
+        lines.push(format!(
+            "angles       smallest {:.1} degrees, 1 % below {:.1}, median {:.1}",
+            angles.least, angles.percentile_1, angles.median
+        ));
+        lines.push(format!(
+            "cell         {}, {} active",
+            figure(work.cell),
+            work.cells
+        ));
         lines.push(format!(
             "queries      {}, {:.2} an edge",
             work.queries, work.queries_per_edge
@@ -160,14 +224,20 @@ impl Report {
             ("mesh", work.mesh_seconds),
             ("write", self.seconds.write),
         ];
-        let stages = stages.map(|(name, seconds)| format!("{name} {seconds:.3}")).join(", ");
+        let stages = stages
+            .map(|(name, seconds)| format!("{name} {seconds:.3}"))
+            .join(", ");
         lines.push(format!("seconds      {:.3}: {stages}", self.seconds.total));
         if let Some(peak) = self.peak {
             lines.push(format!("memory       {peak} at the peak"));
         }
         if verbose > 0 {
-            for (sheet, area) in self.tally.sheet_areas.iter().enumerate() {
-                lines.push(format!("sheet {sheet:<6} area {}", figure(*area)));
+            for (number, sheet) in self.figures.sheets.iter().enumerate() {
+                let [area, min, max] =
+                    [sheet.area, sheet.thickness.min, sheet.thickness.max].map(figure);
+                lines.push(format!(
+                    "sheet {number:<6} area {area}, thickness {min} to {max}"
+                ));
             }
         }
         if verbose > 1 {
@@ -176,7 +246,11 @@ impl Report {
                 work.tetrahedra, work.faces, work.edges
             ));
             for crack in cracks {
-                lines.push(format!("crack        at {}, {} long", place(crack.at), figure(crack.length)));
+                lines.push(format!(
+                    "crack        at {}, {} long",
+                    place(crack.at),
+                    figure(crack.length)
+                ));
             }
         }
         lines
@@ -193,34 +267,79 @@ fn warnings(result: &Extraction, closed_over: &[ClosedOver]) -> Vec<Warning> {
     if !result.cracks.is_empty() {
         let places = named(result.cracks.iter().map(|crack| crack.at));
         let length: f64 = result.cracks.iter().map(|crack| crack.length).sum();
-        warn("cracks", format!(
-            "the mid-surface has {}, {} long in all, at {places}: something is missing there; another --cell may help",
-            counted(result.cracks.len(), "crack"),
-            figure(length),
-        ));
+        warn(
+            "cracks",
+            format!(
+                "the mid-surface has {}, {} long in all, at {places}: something is missing there; another --cell may help",
+                counted(result.cracks.len(), "crack"),
+                figure(length),
+            ),
+        );
+    }
+    let counts = result.graph.counts();
+    for (code, count, what) in [
+        (
+            "irregular_edges",
+            counts.irregular_edges,
+            "an edge joins three or more triangles but no seam was followed",
+        ),
+        (
+            "pinches",
+            counts.pinches,
+            "pieces hang together by a point only",
+        ),
+        (
+            "non_orientable",
+            counts.non_orientable_sheets,
+            "a sheet has one side only",
+        ),
+        (
+            "degenerate_triangles",
+            counts.degenerate_triangles,
+            "a triangle has no area to speak of",
+        ),
+        (
+            "lone_feet",
+            counts.lone_feet,
+            "a vertex has fewer than two separate footpoints and no sure thickness",
+        ),
+    ] {
+        if count > 0 {
+            warn(code, format!("{} where {what}", counted(count, "place")));
+        }
     }
     if result.work.lost > 0 {
-        warn("lost", format!(
-            "followers stopped short at {}; what did not close otherwise is counted as a crack",
-            counted(result.work.lost, "place")
-        ));
+        warn(
+            "lost",
+            format!(
+                "followers stopped short at {}; what did not close otherwise is counted as a crack",
+                counted(result.work.lost, "place")
+            ),
+        );
     }
     if !closed_over.is_empty() {
-        let middles = closed_over.iter().map(|piece| {
-            0.5 * (DVec3::from(piece.min) + DVec3::from(piece.max))
-        });
-        warn("closed_over", format!(
-            "no border came out on {}, at {}: features smaller than two cells are closed over; a smaller --cell finds them",
-            counted(closed_over.len(), "coping face"),
-            named(middles)
-        ));
+        let middles = closed_over
+            .iter()
+            .map(|piece| 0.5 * (DVec3::from(piece.min) + DVec3::from(piece.max)));
+        warn(
+            "closed_over",
+            format!(
+                "no border came out on {}, at {}: features smaller than two cells are closed over; a smaller --cell finds them",
+                counted(closed_over.len(), "coping face"),
+                named(middles)
+            ),
+        );
     }
     warnings
 }
 
 /// The first few of some places.
 fn named(places: impl ExactSizeIterator<Item = DVec3>) -> String {
-    let more = if places.len() > PLACES_NAMED { " and more" } else { "" };
+    let more = if places.len() > PLACES_NAMED {
+        " and more"
+    } else {
+        ""
+    };
     let places: Vec<String> = places.take(PLACES_NAMED).map(place).collect();
     format!("{}{more}", places.join(" "))
 }
@@ -230,11 +349,11 @@ fn place(p: DVec3) -> String {
     format!("({x}, {y}, {z})")
 }
 
-fn with_length(lines: Lines) -> String {
-    if lines.count == 0 {
-        return "0".to_owned();
+fn with_length(count: usize, length: f64) -> String {
+    match count {
+        0 => "0".to_owned(),
+        _ => format!("{count} of length {}", figure(length)),
     }
-    format!("{} of length {}", lines.count, figure(lines.length))
 }
 
 /// A number with its noun.

@@ -34,6 +34,9 @@ const NARROWS: f64 = 0.8;
 /// Path against chord of a footpoint that slides along one smooth wall.
 const SLIDE_WAY: f64 = 1.1;
 
+/// Path against chord on a plain curved wall: an arc of 50 degrees.
+const PLAIN_WAY: f64 = 1.03;
+
 /// Gap of two footpoints, against their distance, that is no jump yet.
 const HARDLY_MOVED: f64 = 0.1;
 
@@ -303,6 +306,18 @@ impl<'a> Walls<'a> {
         // hardly moved, seen from the point that it belongs to.
         let way = if chord <= HARDLY_MOVED * a.distance { LONGEST_WAY } else { SLIDE_WAY };
         chord <= 4.0 * self.tolerances.tie || self.path(a, b, way * chord).is_some()
+    }
+
+    /// Whether the wall between two footpoints is plain: the way over it is
+    /// straight, or bends no more than a smooth wall may, with nothing to go round.
+    pub fn plain_between(&self, a: &Footpoint, b: &Footpoint) -> bool {
+        let chord = a.point.distance(b.point);
+        if a.face == b.face || chord <= 4.0 * self.tolerances.tie {
+            return true;
+        }
+        let flat = self.field.normal(a.face).dot(self.field.normal(b.face)) > 1.0 - 1e-12;
+        let way = if flat { 1.0 + 1e-6 } else { PLAIN_WAY };
+        self.path(a, b, way * chord).is_some()
     }
 
     /// Whether a path may lead over a triangle: walls, and triangles without

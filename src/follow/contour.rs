@@ -297,11 +297,17 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
         }
         let Some((y, left_part)) = landed else { return Step::Shorten };
+        if !self.plain_step(y, pair, stride) {
+            return Step::Shorten;
+        }
         if let Some((station, _)) = station {
             if left_part.is_none() && y.distance(self.region.stations[station]) <= 1e-6 * self.size + 4.0 * self.tie {
                 return Step::Stop(Stop::Station { station, heading: t });
             }
             self.passed = Some(station);
+        }
+        if left_part.is_none() && self.strays(y) {
+            return Step::Shorten;
         }
         let (next_heading, _) = heading(self.probe, y, self.region.normal, pair);
         if left_part.is_none() && next_heading.dot(t) < 0.85 && stride > 1e-3 * self.size {
@@ -377,6 +383,21 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let s = (y - p).dot(q - p) / (q - p).length_squared();
         let slack = 1e-9;
         !(-slack..=1.0 + slack).contains(&s)
+    }
+
+    /// Whether a first step, which starts on the barrier perhaps, ends outside
+    /// the part without having crossed it: the contour bulges into the part,
+    /// its chord does not.
+    fn strays(&self, y: DVec3) -> bool {
+        self.travelled == 0.0
+            && matches!(self.region.barrier, Barrier::Coping)
+            && self.probe.field().signed_clearance(y) < -self.tie
+    }
+
+    /// Whether no wall is nearer to `y` than those of the pair.
+    fn nearest_there(&mut self, y: DVec3, pair: Pair) -> bool {
+        let d = distance_to(self.probe.field(), y, pair.left).0;
+        self.probe.nearest(y, pair.left).distance >= d - self.tie
     }
 
     /// Where the way from the present point to `y` meets the barrier.
@@ -469,6 +490,19 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             .then_some(new)
     }
 
+    /// Whether the walls lie plain under a step on which they gave way to
+    /// others; a thin web that stands between shows in a shorter step.
+    fn plain_step(&self, y: DVec3, pair: Pair, stride: f64) -> bool {
+        const SHORT: f64 = 0.05;
+        let (walls, field) = (self.probe.walls(), self.probe.field());
+        [(self.pair.left, pair.left), (self.pair.right, pair.right)].into_iter().all(|(old, new)| {
+            let to = field.footpoint_on(y, new);
+            old == new
+                || stride <= SHORT * to.distance
+                || walls.plain_between(&field.footpoint_on(self.x, old), &to)
+        })
+    }
+
     /// `pair` with `wall` in the place of a triangle that it shares its footpoint with.
     fn prefer(&self, at: DVec3, pair: Pair, wall: FaceId) -> Pair {
         let field = self.probe.field();
@@ -520,10 +554,17 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         }
         if ahead > self.tie
             && let Some((place, exit)) = self.barrier(at, pair)
-            && place.distance(self.x) < at.distance(self.x) + self.tie
             && place.distance(at) > self.tie
         {
-            return Step::Stop(Stop::Leaves { at: place, pair: self.pair, exit });
+            // The barrier stands before the branch point. Where the walls of
+            // the far end do not lead to it, a shorter step has the right ones.
+            if place.distance(self.x) > at.distance(self.x) || !self.nearest_there(place, pair) {
+                return Step::Shorten;
+            }
+            return Step::Stop(Stop::Leaves { at: place, pair, exit });
+        }
+        if self.strays(at) {
+            return Step::Shorten;
         }
         let fan = fan(self.probe, at, self.region.normal, distance);
         let (back, _) = heading(self.probe, at, self.region.normal, pair);

@@ -299,6 +299,11 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
                 continue 'step;
             }
         }
+        // A curve may bulge into the part where its chord does not.
+        if first && cage.may_leave_part && left_part.is_none() && probe.field().signed_clearance(y) < -tie {
+            length = stride * 0.4;
+            continue;
+        }
         let beside = if leaving && left_part.is_none() { exit.0 } else { usize::MAX };
         if cage.excess(y, beside) > 1e-9 * size {
             length = stride * 0.4;

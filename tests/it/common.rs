@@ -243,3 +243,14 @@ impl Desk {
 pub fn text(output: &[u8]) -> String {
     String::from_utf8(output.to_vec()).unwrap()
 }
+
+/// Mesh and coping flags of a part in `fixtures`, by the part's name.
+pub fn fixture_part(name: &str) -> (TriMesh, Vec<bool>) {
+    let file = fixture(&format!("{name}.obj"));
+    let loaded = midsurf::io::read_mesh(&file).unwrap();
+    let tags = fixture(&format!("{name}.coping.txt"));
+    let flags = midsurf::tags::read_tags(tags, &loaded, &file)
+        .unwrap()
+        .flags;
+    (loaded.mesh, flags)
+}

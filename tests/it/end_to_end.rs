@@ -41,29 +41,38 @@ fn facts(name: &str) -> Facts {
 fn extract(desk: &Desk, name: &str, cell: &str, more: &[&str]) -> (Value, Option<i32>) {
     let part = fixture(&format!("{name}.obj"));
     let tags = fixture(&format!("{name}.coping.txt"));
-    let mut args = vec!["extract", part.to_str().unwrap(), "--coping", tags.to_str().unwrap()];
+    let mut args = vec![
+        "extract",
+        part.to_str().unwrap(),
+        "--coping",
+        tags.to_str().unwrap(),
+    ];
     args.extend(["--cell", cell, "--json", "-", "--quiet"]);
     args.extend(more);
     let output = desk.run(&args);
     let stderr = text(&output.stderr);
     assert!(stderr.is_empty(), "{name}: {stderr}");
-    (serde_json::from_slice(&output.stdout).unwrap(), output.status.code())
+    (
+        serde_json::from_slice(&output.stdout).unwrap(),
+        output.status.code(),
+    )
 }
 
 /// Cells of one wall thickness must give the fixture's facts.
 fn check_facts(name: &str) {
     let desk = Desk::new();
     let (report, code) = extract(&desk, name, "1t", &[]);
-    let (facts, result) = (facts(name), &report["result"]);
+    let facts = facts(name);
+    let (result, counts) = (&report["result"], &report["result"]["counts"]);
     assert_eq!(report["cracks"], 0, "{name}: {report:#}");
     assert_eq!(code, Some(0), "{name}");
     let found = [
-        &result["sheets"],
-        &result["seams"]["count"],
-        &result["inner_junctions"],
-        &result["boundary_components"],
-        &result["euler"],
-        &result["components"],
+        &counts["sheets"],
+        &counts["seams"],
+        &counts["junctions"],
+        &counts["boundary_components"],
+        &counts["euler"],
+        &counts["components"],
     ]
     .map(|value| value.as_i64().unwrap());
     let expected = [
@@ -74,17 +83,24 @@ fn check_facts(name: &str) {
         facts.euler,
         1,
     ];
-    assert_eq!(found, expected, "{name}: sheets, seams, junctions, borders, Euler, components");
+    assert_eq!(
+        found, expected,
+        "{name}: sheets, seams, junctions, borders, Euler, components"
+    );
     // The ideal surface runs straight into corners where the exact one bends.
     let area = result["area"].as_f64().unwrap() / facts.area;
-    assert!((0.95..1.02).contains(&area), "{name}: area {area} of the ideal");
-    let sum: f64 = result["sheet_areas"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|area| area.as_f64().unwrap())
-        .sum();
-    assert!((sum - result["area"].as_f64().unwrap()).abs() < 1e-6 * sum);
+    assert!(
+        (0.95..1.02).contains(&area),
+        "{name}: area {area} of the ideal"
+    );
+    for flaw in [
+        "irregular_edges",
+        "pinches",
+        "non_orientable_sheets",
+        "lone_feet",
+    ] {
+        assert_eq!(counts[flaw], 0, "{name}: {flaw}");
+    }
     assert_eq!(report["closed_over"].as_array().unwrap().len(), 0, "{name}");
 }
 
@@ -155,7 +171,14 @@ fn report_states_all_settings_and_work() {
     assert_eq!(report["tool"]["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(report["input"]["sha256"].as_str().unwrap().len(), 64);
     assert_eq!(report["work"]["lost"], 0);
-    for figure in ["cells", "tetrahedra", "faces", "edges", "queries", "queries_per_edge"] {
+    for figure in [
+        "cells",
+        "tetrahedra",
+        "faces",
+        "edges",
+        "queries",
+        "queries_per_edge",
+    ] {
         assert!(report["work"][figure].as_f64().unwrap() > 0.0, "{figure}");
     }
     for stage in ["read", "field", "trace", "mesh", "write", "total"] {
@@ -169,11 +192,13 @@ fn report_states_all_settings_and_work() {
 #[test]
 fn outputs_can_be_read_again() {
     let desk = Desk::new();
-    let outputs = ["-o", "mid.obj", "-o", "mid.ply", "-o", "mid.stl", "-o", "mid.vtu"];
+    let outputs = [
+        "-o", "mid.obj", "-o", "mid.ply", "-o", "mid.stl", "-o", "mid.vtu",
+    ];
     let (report, code) = extract(&desk, "rib_grid", "1t", &outputs);
     assert_eq!(code, Some(0));
     let result = &report["result"];
-    let count = |figure: &str| result[figure].as_u64().unwrap() as usize;
+    let count = |figure: &str| result["counts"][figure].as_u64().unwrap() as usize;
     for name in ["mid.obj", "mid.ply", "mid.stl"] {
         let mid = read_mesh(desk.path(name)).unwrap();
         assert_eq!(mid.mesh.triangles.len(), count("triangles"), "{name}");
@@ -204,7 +229,17 @@ fn number_of_threads_changes_no_byte() {
     for threads in ["1", "2", "3"] {
         let files = ["obj", "ply", "vtu"].map(|suffix| format!("mid{threads}.{suffix}"));
         let [obj, ply, vtu] = files.each_ref().map(String::as_str);
-        let more = ["-j", threads, "-o", obj, "-o", ply, "-o", vtu, "--obj-lines"];
+        let more = [
+            "-j",
+            threads,
+            "-o",
+            obj,
+            "-o",
+            ply,
+            "-o",
+            vtu,
+            "--obj-lines",
+        ];
         let (report, _) = extract(&desk, "boss_gussets", "1t", &more);
         reports.push((report["result"].clone(), report["work"].clone()));
     }
@@ -212,8 +247,14 @@ fn number_of_threads_changes_no_byte() {
         let bytes = |threads: u8| std::fs::read(desk.path(&format!("mid{threads}.{suffix}")));
         let first = bytes(1).unwrap();
         assert!(first.len() > 1000);
-        assert!(first == bytes(2).unwrap(), "{suffix} differs between 1 and 2 threads");
-        assert!(first == bytes(3).unwrap(), "{suffix} differs between 1 and 3 threads");
+        assert!(
+            first == bytes(2).unwrap(),
+            "{suffix} differs between 1 and 2 threads"
+        );
+        assert!(
+            first == bytes(3).unwrap(),
+            "{suffix} differs between 1 and 3 threads"
+        );
     }
     assert_eq!(reports[0], reports[1]);
     assert_eq!(reports[0], reports[2]);
@@ -224,7 +265,12 @@ fn summary_goes_to_stderr_and_quiet_to_nowhere() {
     let desk = Desk::new();
     let part = fixture("tee.obj");
     let tags = fixture("tee.coping.txt");
-    let args = ["extract", part.to_str().unwrap(), "--coping", tags.to_str().unwrap()];
+    let args = [
+        "extract",
+        part.to_str().unwrap(),
+        "--coping",
+        tags.to_str().unwrap(),
+    ];
     let loud = desk.run(&args);
     assert_eq!(loud.status.code(), Some(0), "{}", text(&loud.stderr));
     assert!(loud.stdout.is_empty());
@@ -242,7 +288,10 @@ fn summary_goes_to_stderr_and_quiet_to_nowhere() {
         assert!(summary.contains(word), "no {word:?} in\n{summary}");
     }
     assert!(!summary.contains("warning"), "{summary}");
-    assert!(!summary.contains('\u{1b}'), "no bar where there is no terminal");
+    assert!(
+        !summary.contains('\u{1b}'),
+        "no bar where there is no terminal"
+    );
     assert!(desk.files().is_empty());
 
     let quiet = desk.run(&[&args[..], &["-q", "-o", "mid.obj"]].concat());
@@ -252,19 +301,54 @@ fn summary_goes_to_stderr_and_quiet_to_nowhere() {
 }
 
 #[test]
+fn list_goes_to_stdout() {
+    let desk = Desk::new();
+    let part = fixture("tee.obj");
+    let tags = fixture("tee.coping.txt");
+    let part = [part.to_str().unwrap(), "--coping", tags.to_str().unwrap()];
+    let args = [&["extract", "--list", "-q"], &part[..]].concat();
+    let output = desk.run(&args);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stderr.is_empty());
+    let list = text(&output.stdout);
+    assert!(list.starts_with("3 sheets, 1 seam, 0 junctions;"), "{list}");
+    assert_eq!(list.matches("\nsheet ").count(), 3);
+    assert_eq!(list.matches("\nseam of 3 ").count(), 1);
+    let both = desk.run(&[&args[..], &["--json", "-"]].concat());
+    assert_eq!(both.status.code(), Some(2));
+    assert!(both.stdout.is_empty());
+    assert!(text(&both.stderr).contains("--list"));
+}
+
+#[test]
 fn too_fine_a_cell_is_refused() {
     let desk = Desk::new();
     let part = fixture("plate.obj");
     let part = part.to_str().unwrap();
-    let words = ["plate.obj", "active cells", "smallest cell that fits", "--memory-limit"];
+    let words = [
+        "plate.obj",
+        "active cells",
+        "smallest cell that fits",
+        "--memory-limit",
+    ];
     desk.refuses(&[part, "--cell", "0.0001"], &words);
     desk.refuses(&[part, "--cell", "1", "--memory-limit", "64K"], &words);
     // The cell that the message names is not refused.
     let args = ["extract", part, "--cell", "1", "--memory-limit", "64K"];
     let stderr = text(&desk.run(&args).stderr);
     let words: Vec<&str> = stderr.split_whitespace().collect();
-    let about = words.windows(2).position(|pair| pair == ["is", "about"]).unwrap();
-    let args = ["extract", part, "--cell", words[about + 2], "--memory-limit", "64K"];
+    let about = words
+        .windows(2)
+        .position(|pair| pair == ["is", "about"])
+        .unwrap();
+    let args = [
+        "extract",
+        part,
+        "--cell",
+        words[about + 2],
+        "--memory-limit",
+        "64K",
+    ];
     let again = text(&desk.run(&args).stderr);
     assert!(!again.contains("smallest cell"), "{again}");
 }
@@ -277,7 +361,10 @@ fn walls_that_face_nothing_have_no_thickness() {
     // All but the bottom.
     desk.put("most.txt", "2-11");
     let args = ["block.obj", "--coping", "most.txt"];
-    desk.refuses(&args, &["block.obj", "no wall faces another", "midsurf tags"]);
+    desk.refuses(
+        &args,
+        &["block.obj", "no wall faces another", "midsurf tags"],
+    );
     let output = desk.run(&[&["extract"], &args[..], &["--cell", "1", "-o", "mid.obj"]].concat());
     assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
     assert!(text(&output.stderr).contains("no mid-surface was found"));
@@ -290,7 +377,7 @@ fn kept_fins_are_sheets_of_their_own() {
     let sheets = |more: &[&str]| {
         let (report, code) = extract(&desk, "ell", "1t", more);
         assert_eq!(code, Some(0), "{report:#}");
-        report["result"]["sheets"].as_u64().unwrap()
+        report["result"]["counts"]["sheets"].as_u64().unwrap()
     };
     assert_eq!(sheets(&[]), 1);
     assert_eq!(sheets(&["--keep-fins"]), 3);
@@ -308,7 +395,7 @@ fn an_inverted_part_is_turned_and_says_so() {
     assert!(text(&output.stderr).contains("warning: turned.obj: the part was inside out"));
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["warnings"][0]["code"], "turned");
-    assert_eq!(report["result"]["sheets"], 3);
+    assert_eq!(report["result"]["counts"]["sheets"], 3);
 }
 
 #[test]
@@ -318,11 +405,15 @@ fn what_was_closed_over_is_told() {
     for cell in ["1t", "3t", "6t"] {
         let (report, _) = extract(&desk, "plate_holes", cell, &[]);
         let missing = report["closed_over"].as_array().unwrap();
-        let found = report["result"]["boundary_components"].as_u64().unwrap() as usize;
+        let found = report["result"]["counts"]["boundary_components"]
+            .as_u64()
+            .unwrap() as usize;
         // Every hole either has its border or is named.
         assert_eq!(found + missing.len(), borders, "{cell}: {report:#}");
         let warned = report["warnings"].as_array().unwrap();
-        let warned = warned.iter().any(|warning| warning["code"] == "closed_over");
+        let warned = warned
+            .iter()
+            .any(|warning| warning["code"] == "closed_over");
         assert_eq!(warned, !missing.is_empty());
     }
 }
@@ -336,11 +427,17 @@ fn an_open_part_is_extracted_on_demand() {
     desk.put("plate.obj", obj_text(&mesh));
     mesh.triangles.pop();
     desk.put("open.obj", obj_text(&mesh));
-    desk.put("tags.txt", std::fs::read_to_string(tags).unwrap().replace("-11", "-10"));
+    desk.put(
+        "tags.txt",
+        std::fs::read_to_string(tags).unwrap().replace("-11", "-10"),
+    );
     let args = ["open.obj", "--coping", "tags.txt"];
     desk.refuses(&args, &["open.obj", "--allow-open"]);
     let output = desk.run(&[&["extract"], &args[..], &["--allow-open", "--json", "-"]].concat());
     let stderr = text(&output.stderr);
     assert!(matches!(output.status.code(), Some(0 | 1)), "{stderr}");
-    assert!(stderr.contains("warning: open.obj: the mesh is open"), "{stderr}");
+    assert!(
+        stderr.contains("warning: open.obj: the mesh is open"),
+        "{stderr}"
+    );
 }

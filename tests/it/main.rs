@@ -4,6 +4,7 @@ mod broken_files;
 mod cli_input;
 mod common;
 mod end_to_end;
+mod invariance;
 mod parts;
 mod readers;
 mod readme;

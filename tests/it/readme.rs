@@ -11,8 +11,13 @@ fn file(name: &str) -> String {
 /// Content of the first code block of a language.
 fn block(readme: &str, language: &str) -> Vec<String> {
     let lines = readme.lines().map(str::trim);
-    let inside = lines.skip_while(|line| *line != format!("```{language}")).skip(1);
-    inside.take_while(|line| *line != "```").map(str::to_owned).collect()
+    let inside = lines
+        .skip_while(|line| *line != format!("```{language}"))
+        .skip(1);
+    inside
+        .take_while(|line| *line != "```")
+        .map(str::to_owned)
+        .collect()
 }
 
 /// The README's example of library use, word for word.
@@ -24,7 +29,7 @@ fn example() -> Result<MidSurface, Box<dyn std::error::Error>> {
     use midsurf::tags::read_tags;
 
     let loaded = read_mesh("fixtures/tee.obj")?;
-    let coping = read_tags("fixtures/tee.coping.txt".as_ref(), &loaded, "fixtures/tee.obj".as_ref())?;
+    let coping = read_tags("fixtures/tee.coping.txt", &loaded, "fixtures/tee.obj".as_ref())?;
     let (part, _warnings) = Part::new(loaded.mesh, coping.flags, PartOptions::default())?;
     let settings = Settings { cell: Cell::Thicknesses(1.0), ..Settings::default() };
     let result = extract(&part, &settings, &|_stage, _done, _expected| ())?;
@@ -48,7 +53,12 @@ fn first_command_works_and_second_is_what_ci_runs() {
     let commands = block(&file("README.md"), "sh");
     assert_eq!(commands.len(), 2);
     let ci = file(".ci/run");
-    assert!(ci.lines().any(|line| line == commands[1]), "{}", commands[1]);
+    assert!(
+        ci.lines()
+            .any(|line| line == format!("step {}", commands[1])),
+        "{}",
+        commands[1]
+    );
 
     let desk = Desk::new();
     let args = commands[0].strip_prefix("cargo run --release -- ").unwrap();
@@ -68,7 +78,10 @@ fn tag_example_is_read() {
     let mut rows: Vec<String> = block(&file("README.md"), "toml");
     // Bound to a mesh of its own.
     rows.retain(|row| !row.starts_with("triangles ="));
-    desk.put("tags.toml", rows.join("\n") + "\n[options]\non_empty = \"ignore\"\n");
+    desk.put(
+        "tags.toml",
+        rows.join("\n") + "\n[options]\non_empty = \"ignore\"\n",
+    );
     let part = crate::common::fixture("tee.obj");
     let output = desk.run(&["tags", part.to_str().unwrap(), "tags.toml"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
