@@ -9,7 +9,7 @@
 //!
 //! - The result is homeomorphic to the raw mesh: the same sheets, seams,
 //!   junctions, borders and Euler characteristic. No edge gains triangles.
-//! - Lines stay: a coping border where it was, or within its coping triangle;
+//! - Lines stay: a coping border where it was, or within its flat coping face;
 //!   seams and fading borders within [`Settings::drift`], like the sheets.
 //! - No triangle turns over or loses its height.
 //! - The same mesh gives the same result, bit for bit.
@@ -30,6 +30,8 @@ use smallvec::SmallVec;
 
 use crate::assembly::mesh::RawMesh;
 use crate::assembly::tet::Line;
+use crate::field::Field;
+use crate::mesh::FaceId;
 use complex::{Complex, Rank};
 use shape::{Shape, crossing_gap, to_segment, to_triangle};
 
@@ -102,12 +104,24 @@ const GAIN: f64 = 1.05;
 
 /// Contracts edges much shorter than a cell, and flips edges inside sheets.
 pub fn clean(mesh: RawMesh, cell: f64) -> RawMesh {
-    clean_counted(&mesh, cell, &Settings::default()).0
+    clean_counted(&mesh, cell, &Settings::default(), None).0
 }
 
-/// As [`clean`], with settings; tells what it did.
-pub fn clean_counted(mesh: &RawMesh, cell: f64, settings: &Settings) -> (RawMesh, Edits) {
-    let mut cleaner = Cleaner::new(mesh, cell, settings);
+/// As [`clean`], with the field of the part: it tells which coping triangles
+/// lie in one plane, so that a border over a flat coping face is cleaned as a
+/// seam is. Without it only within each coping triangle.
+pub fn clean_on(mesh: RawMesh, cell: f64, field: &Field) -> RawMesh {
+    clean_counted(&mesh, cell, &Settings::default(), Some(field)).0
+}
+
+/// As [`clean_on`], with settings; tells what it did.
+pub fn clean_counted(
+    mesh: &RawMesh,
+    cell: f64,
+    settings: &Settings,
+    field: Option<&Field>,
+) -> (RawMesh, Edits) {
+    let mut cleaner = Cleaner::new(mesh, cell, settings, field);
     for _ in 0..settings.rounds {
         let changed = cleaner.contract_short() + cleaner.flip_poor() + cleaner.contract_poor();
         if changed == 0 {
@@ -118,8 +132,9 @@ pub fn clean_counted(mesh: &RawMesh, cell: f64, settings: &Settings) -> (RawMesh
     (cleaner.complex.into_mesh(mesh), cleaner.edits)
 }
 
-struct Cleaner {
+struct Cleaner<'f> {
     complex: Complex,
+    field: Option<&'f Field>,
     /// How far the surface may have moved near each vertex.
     drift: Vec<f64>,
     /// Whether anything changed near a vertex since the last look, for each
@@ -150,12 +165,18 @@ struct Outcome {
     drift: f64,
 }
 
-impl Cleaner {
-    fn new(mesh: &RawMesh, cell: f64, settings: &Settings) -> Cleaner {
+impl<'f> Cleaner<'f> {
+    fn new(
+        mesh: &RawMesh,
+        cell: f64,
+        settings: &Settings,
+        field: Option<&'f Field>,
+    ) -> Cleaner<'f> {
         let complex = Complex::new(mesh);
         let count = complex.vertex_count();
         Cleaner {
             complex,
+            field,
             drift: vec![0.0; count],
             fresh: std::array::from_fn(|_| vec![true; count]),
             edits: Edits::default(),
@@ -378,14 +399,32 @@ impl Cleaner {
         let far = if a == v { b } else { a };
         let drift = to_segment(complex.at(u), complex.at(v), complex.at(far));
         if class.mark == Some(Line::CopingBorder) {
+            let [here, this, that] = [u, v, far].map(|w| complex.coping(w));
             // Both ends on one coping triangle: so is all between them.
-            let face = complex.coping(v);
-            let on_face = face.is_some() && face == complex.coping(far);
+            let on_face = this.is_some() && this == that
+                || self.in_one_plane(here, this) && self.in_one_plane(this, that);
             if !on_face && drift > self.coping_limit {
                 return None;
             }
         }
         (drift <= self.drift_limit).then_some(drift)
+    }
+
+    /// Whether two coping triangles lie in one plane.
+    ///
+    /// A line that stays within [`Settings::drift`] between two points of a
+    /// flat coping face stays on that face, far from its rim.
+    fn in_one_plane(&self, a: Option<FaceId>, b: Option<FaceId>) -> bool {
+        let (Some(field), Some(a), Some(b)) = (self.field, a, b) else {
+            return false;
+        };
+        let known = |face: FaceId| face.index() < field.face_count();
+        if a == b || !known(a) || !known(b) {
+            return a == b;
+        }
+        let (normal, origin) = (field.normal(a), field.corners(a)[0]);
+        let apart = |p: DVec3| normal.dot(p - origin).abs() > self.coping_limit;
+        normal.dot(field.normal(b)) > 0.5 && !field.corners(b).into_iter().any(apart)
     }
 
     /// Whether a triangle that changes its corner `u` still faces the same way.

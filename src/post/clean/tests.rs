@@ -6,7 +6,6 @@ use proptest::prelude::*;
 use super::*;
 use crate::assembly::mesh::edge;
 use crate::field::Field;
-use crate::mesh::FaceId;
 use crate::mesh::midsurface::MidSurface;
 use crate::post::graph::{Counts, SheetGraph, build};
 use crate::post::listing::Quality;
@@ -30,7 +29,7 @@ fn fixed(graph: &SheetGraph) -> Counts {
 
 /// Cleans with cell size 1 and checks what is promised of any mesh.
 fn check(mesh: &RawMesh, field: &Field, cell: f64) -> (RawMesh, MidSurface, SheetGraph) {
-    let clean = clean(mesh.clone(), cell);
+    let clean = clean_on(mesh.clone(), cell, field);
     let (_, before, _) = build(mesh, field);
     let (surface, after, _) = build(&clean, field);
     assert_eq!(fixed(&before), fixed(&after));
@@ -103,7 +102,7 @@ fn rows_of_needles_go() {
 #[test]
 fn a_mesh_without_needles_is_left_alone() {
     let raw = marked(grid(&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0]), Line::CopingBorder);
-    let (clean, edits) = clean_counted(&raw, 1.0, &Settings::default());
+    let (clean, edits) = clean_counted(&raw, 1.0, &Settings::default(), None);
     assert_eq!(edits, Edits::default());
     assert_eq!(clean.triangles, raw.triangles);
 }
@@ -202,7 +201,7 @@ fn caps_are_flipped() {
     ];
     let triangles = [[0, 1, 2], [1, 0, 3], [0, 2, 4], [2, 1, 4]];
     let raw = marked(mesh(&positions, &triangles), Line::CopingBorder);
-    let (clean, edits) = clean_counted(&raw, 1.0, &Settings::default());
+    let (clean, edits) = clean_counted(&raw, 1.0, &Settings::default(), None);
     assert_eq!((edits.flipped, edits.contracted), (1, 0));
     check_alone(&raw);
     let e = clean.edge_triangles();
@@ -278,7 +277,7 @@ proptest! {
         }
         // Any drift is allowed, so that all contractions are tried.
         let settings = Settings { drift: 100.0, short: 1.0, ..Settings::default() };
-        let (clean, _) = clean_counted(&raw, cell, &settings);
+        let (clean, _) = clean_counted(&raw, cell, &settings, None);
         let (_, before, _) = build(&raw, &no_field());
         let (_, after, _) = build(&clean, &no_field());
         prop_assert_eq!(fixed(&before), fixed(&after));
@@ -303,6 +302,35 @@ fn flat_sheets_stay_covered_once() {
             let change = (after.area() / before.area() - 1.0).abs();
             assert!(change < 1e-8, "{name} {cell}: area by {change}");
         }
+    }
+}
+
+/// Border edges lie on coping faces, between their ends too.
+#[test]
+fn coping_borders_stay_on_coping() {
+    for (name, cell) in [
+        ("slanted_45", 6.0),
+        ("cylinder_shell", 6.0),
+        ("plate_holes", 6.0),
+        ("ell_bend", 2.0),
+        ("rib_grid", 6.0),
+    ] {
+        let part = part(name);
+        let field = Field::new(&part);
+        let raw = raw(&part, &field, cell);
+        let gap = |mesh: &RawMesh| {
+            let borders = mesh.lines.iter().filter(|l| *l.1 == Line::CopingBorder);
+            let gaps = borders.flat_map(|((a, b), _)| {
+                let [p, q] = [a, b].map(|v| mesh.vertices[*v as usize].at);
+                [0.1, 0.5, 0.8].map(|s| {
+                    let nearest = field.nearest_coping(p.lerp(q, s), f64::INFINITY);
+                    nearest.map_or(f64::INFINITY, |n| n.distance)
+                })
+            });
+            gaps.fold(0.0, f64::max)
+        };
+        let (before, after) = (gap(&raw), gap(&clean_on(raw.clone(), cell, &field)));
+        assert!(after <= before + 1e-8, "{name}: {before} {after}");
     }
 }
 
@@ -353,7 +381,7 @@ fn parts_keep_their_topology() {
             let change = (graph.area() / before.area() - 1.0).abs();
             assert!(change < 2e-3, "{name} {cell}: area by {change}");
             // Once more changes little: a fixed point was near.
-            let again = super::clean(clean.clone(), cell);
+            let again = clean_on(clean.clone(), cell, &field);
             let rest = clean.triangles.len() - again.triangles.len();
             assert!(rest * 50 <= clean.triangles.len(), "{name} {cell}: {rest}");
         }
