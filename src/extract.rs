@@ -44,7 +44,12 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { cell: Cell::Auto, min_angle: DEFAULT_ANGLE, keep_fins: false, memory_limit: 8 << 30 }
+        Settings {
+            cell: Cell::Auto,
+            min_angle: DEFAULT_ANGLE,
+            keep_fins: false,
+            memory_limit: 8 << 30,
+        }
     }
 }
 
@@ -67,10 +72,14 @@ pub enum ExtractError {
     #[error("cell size {0} is not a positive length")]
     BadCell(f64),
     /// No wall of the part faces another.
-    #[error("no wall faces another wall: the wall thickness is unknown; give a cell size, and check the coping tags")]
+    #[error(
+        "no wall faces another wall: the wall thickness is unknown; give a cell size, and check the coping tags"
+    )]
     NoThickness,
     /// The lattice would not fit.
-    #[error("cell size {cell} needs about {cells:.0} active cells and {gigabytes:.1} GB; the smallest cell that fits is about {smallest:.4}")]
+    #[error(
+        "cell size {cell} needs about {cells:.0} active cells and {gigabytes:.1} GB; the smallest cell that fits is about {smallest:.4}"
+    )]
     TooFine {
         /// Cell asked for.
         cell: f64,
@@ -131,7 +140,11 @@ pub type Progress<'p> = dyn Fn(&'static str, u64, u64) + Sync + 'p;
 ///
 /// Deterministic: the same part and settings give the same result, bit for
 /// bit, on any number of threads.
-pub fn extract(part: &Part, settings: &Settings, progress: &Progress) -> Result<Extraction, ExtractError> {
+pub fn extract(
+    part: &Part,
+    settings: &Settings,
+    progress: &Progress,
+) -> Result<Extraction, ExtractError> {
     let start = Instant::now();
     progress("field", 0, 0);
     let field = Field::new(part);
@@ -146,22 +159,39 @@ pub fn extract(part: &Part, settings: &Settings, progress: &Progress) -> Result<
     let trace_seconds = start.elapsed().as_secs_f64() - field_seconds;
 
     progress("mesh", 0, 0);
-    let raw = clean::clean(tracer.assemble(), cell);
+    let raw = clean::clean_on(tracer.assemble(), cell, &field);
     let (surface, graph, cracks) = graph::build(&raw, &field);
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 
-    let work = Work { cell, field_seconds, trace_seconds, mesh_seconds, ..tracer.work() };
-    Ok(Extraction { surface, graph, cracks, work })
+    let work = Work {
+        cell,
+        field_seconds,
+        trace_seconds,
+        mesh_seconds,
+        ..tracer.work()
+    };
+    Ok(Extraction {
+        surface,
+        graph,
+        cracks,
+        work,
+    })
 }
 
 fn separation(settings: &Settings) -> Separation {
     Separation {
         min_angle: settings.min_angle,
-        keep_fins_from: settings.keep_fins.then_some(KEPT_FIN_ANGLE.max(settings.min_angle)),
+        keep_fins_from: settings
+            .keep_fins
+            .then_some(KEPT_FIN_ANGLE.max(settings.min_angle)),
     }
 }
 
-fn cell_size(part: &Part, profile: &ThicknessProfile, settings: &Settings) -> Result<f64, ExtractError> {
+fn cell_size(
+    part: &Part,
+    profile: &ThicknessProfile,
+    settings: &Settings,
+) -> Result<f64, ExtractError> {
     let median = || profile.percentile(50.0).ok_or(ExtractError::NoThickness);
     let cell = match settings.cell {
         Cell::Auto => median()?,
@@ -169,7 +199,11 @@ fn cell_size(part: &Part, profile: &ThicknessProfile, settings: &Settings) -> Re
         Cell::Thicknesses(factor) => factor * median()?,
         Cell::Percent(percent) => 0.01 * percent * part.bounds().diagonal(),
     };
-    if cell.is_finite() && cell > 0.0 { Ok(cell) } else { Err(ExtractError::BadCell(cell)) }
+    if cell.is_finite() && cell > 0.0 {
+        Ok(cell)
+    } else {
+        Err(ExtractError::BadCell(cell))
+    }
 }
 
 /// Places the lattice, after an estimate of what it will take: the mid-surface
@@ -192,7 +226,8 @@ fn lattice(
         Some(lattice) => Ok(lattice),
         None => {
             let by_memory = (1.6 * area * BYTES_PER_CELL / settings.memory_limit as f64).sqrt();
-            let by_keys = (high - low).max_element() / (crate::lattice::MAX_CELLS_PER_AXIS as f64 - 8.0);
+            let by_keys =
+                (high - low).max_element() / (crate::lattice::MAX_CELLS_PER_AXIS as f64 - 8.0);
             Err(ExtractError::TooFine {
                 cell,
                 cells,

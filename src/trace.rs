@@ -45,7 +45,11 @@ pub struct Tracer<'a> {
 impl<'a> Tracer<'a> {
     /// A walk with nothing found yet.
     pub fn new(walls: &'a Walls<'a>, lattice: Lattice) -> Tracer<'a> {
-        Tracer { walls, lattice, found: Found::default() }
+        Tracer {
+            walls,
+            lattice,
+            found: Found::default(),
+        }
     }
 
     /// Solves one batch of keys in parallel, results in the order of the keys.
@@ -75,12 +79,15 @@ impl<'a> Tracer<'a> {
     fn seeds(&self) -> Vec<TetKey> {
         let field = self.walls.field();
         let spacing = 3.0 * self.lattice.cell();
-        let walls: Vec<FaceId> =
-            (0..field.face_count() as u32).map(FaceId).filter(|&f| !field.is_coping(f)).collect();
+        let walls: Vec<FaceId> = (0..field.face_count() as u32)
+            .map(FaceId)
+            .filter(|&f| !field.is_coping(f))
+            .collect();
         let mut tets: Vec<TetKey> = walls
             .par_iter()
             .flat_map_iter(|&face| {
-                spread(field.corners(face), spacing, 64).filter_map(move |p| maximal_ball(field, face, p))
+                spread(field.corners(face), spacing, 64)
+                    .filter_map(move |p| maximal_ball(field, face, p))
             })
             .map(|(centre, _)| self.lattice.locate(centre))
             .collect();
@@ -107,7 +114,11 @@ impl<'a> Tracer<'a> {
                 reached.extend(&touched);
                 // Tetrahedra solved before whose faces changed.
                 for face in &touched {
-                    todo.extend(face.tetrahedra().into_iter().filter(|t| self.found.tets.contains_key(t)));
+                    todo.extend(
+                        face.tetrahedra()
+                            .into_iter()
+                            .filter(|t| self.found.tets.contains_key(t)),
+                    );
                 }
                 todo.sort_unstable();
                 todo.dedup();
@@ -115,7 +126,11 @@ impl<'a> Tracer<'a> {
                 if faces.is_empty() {
                     break;
                 }
-                todo = faces.iter().flat_map(|f| f.tetrahedra()).filter(|t| self.found.tets.contains_key(t)).collect();
+                todo = faces
+                    .iter()
+                    .flat_map(|f| f.tetrahedra())
+                    .filter(|t| self.found.tets.contains_key(t))
+                    .collect();
             }
             frontier = self.next_frontier(reached);
         }
@@ -125,7 +140,12 @@ impl<'a> Tracer<'a> {
     fn next_frontier(&self, mut faces: Vec<FaceKey>) -> Vec<TetKey> {
         faces.sort_unstable();
         faces.dedup();
-        let crossed = |f: &FaceKey| self.found.faces.get(f).is_some_and(|c| !c.arcs.is_empty() || !c.nodes.is_empty());
+        let crossed = |f: &FaceKey| {
+            self.found
+                .faces
+                .get(f)
+                .is_some_and(|c| !c.arcs.is_empty() || !c.nodes.is_empty())
+        };
         let mut next: Vec<TetKey> = faces
             .into_iter()
             .filter(crossed)
@@ -147,7 +167,9 @@ impl<'a> Tracer<'a> {
         nodes.dedup();
         nodes.retain(|n| !self.found.nodes.contains_key(n));
         let before = self.found.queries;
-        let samples = self.batch(&nodes, |t, probe, n| sample_node(probe, t.lattice.position(n)));
+        let samples = self.batch(&nodes, |t, probe, n| {
+            sample_node(probe, t.lattice.position(n))
+        });
         self.found.nodes.extend(nodes.into_iter().zip(samples));
         let solved = self.batch(&edges, |t, probe, e| {
             let [a, b] = e.nodes();
@@ -168,7 +190,11 @@ impl<'a> Tracer<'a> {
             if todo.is_empty() {
                 break;
             }
-            let missing: Vec<EdgeKey> = todo.iter().flat_map(|f| f.edges()).filter(|e| !self.found.edges.contains_key(e)).collect();
+            let missing: Vec<EdgeKey> = todo
+                .iter()
+                .flat_map(|f| f.edges())
+                .filter(|e| !self.found.edges.contains_key(e))
+                .collect();
             debug_assert!(missing.is_empty());
             let solved = self.batch(&todo, |t, probe, f| t.solve_face(probe, f));
             let mut grown: Vec<EdgeKey> = Vec::new();
@@ -214,10 +240,24 @@ impl<'a> Tracer<'a> {
         if seeds.is_empty() && sides.iter().all(|s| s.is_empty()) {
             return FaceContours::default();
         }
-        let corners: SmallVec<[DVec3; 8]> = face.nodes().iter().map(|&n| self.lattice.position(n)).collect();
+        let corners: SmallVec<[DVec3; 8]> = face
+            .nodes()
+            .iter()
+            .map(|&n| self.lattice.position(n))
+            .collect();
         let middle = corners.iter().sum::<DVec3>() / 3.0;
-        let coping = probe.field().nearest_coping(middle, 1.2 * self.lattice.cell()).is_some();
-        match Region::new(corners, if coping { Barrier::Coping } else { Barrier::None }) {
+        let coping = probe
+            .field()
+            .nearest_coping(middle, 1.2 * self.lattice.cell())
+            .is_some();
+        match Region::new(
+            corners,
+            if coping {
+                Barrier::Coping
+            } else {
+                Barrier::None
+            },
+        ) {
             Some(region) => solve_face(probe, region, sides, [true, true, false], seeds),
             None => FaceContours::default(),
         }
@@ -227,13 +267,25 @@ impl<'a> Tracer<'a> {
     fn solve_tets(&mut self, tets: &[TetKey]) -> Vec<FaceKey> {
         let solved = self.batch(tets, |t, probe, key| {
             let faces = key.faces().map(|f| &t.found.faces[&f]);
-            if faces.iter().all(|f| f.arcs.is_empty() && f.nodes.is_empty()) {
+            if faces
+                .iter()
+                .all(|f| f.arcs.is_empty() && f.nodes.is_empty())
+            {
                 return TetSurface::default();
             }
             let corners = key.nodes().map(|n| t.lattice.position(n));
             let middle = 0.5 * (corners[0] + corners[3]);
-            let coping = probe.field().nearest_coping(middle, 0.9 * t.lattice.cell()).is_some();
-            solve_tet(probe, key, &Cage::new(corners, coping), faces, &t.found.edges)
+            let coping = probe
+                .field()
+                .nearest_coping(middle, 0.9 * t.lattice.cell())
+                .is_some();
+            solve_tet(
+                probe,
+                key,
+                &Cage::new(corners, coping),
+                faces,
+                &t.found.edges,
+            )
         });
         let mut faces = Vec::new();
         for surface in &solved {
@@ -258,15 +310,26 @@ impl<'a> Tracer<'a> {
     pub fn work(&self) -> Work {
         let active = self.found.tets.iter().filter(|t| !t.1.triangles.is_empty());
         let cells: FxHashSet<NodeKey> = active.map(|t| t.0.cell()).collect();
-        let lost: usize = self.found.faces.values().map(|f| f.lost.len()).sum::<usize>()
-            + self.found.tets.values().map(|t| t.open.len()).sum::<usize>();
+        let lost: usize = self
+            .found
+            .faces
+            .values()
+            .map(|f| f.lost.len())
+            .sum::<usize>()
+            + self
+                .found
+                .tets
+                .values()
+                .map(|t| t.open.len())
+                .sum::<usize>();
         Work {
             cells: cells.len(),
             tetrahedra: self.found.tets.len(),
             faces: self.found.faces.len(),
             edges: self.found.edges_solved,
             queries: self.found.queries,
-            queries_per_edge: self.found.edge_queries as f64 / self.found.edges_solved.max(1) as f64,
+            queries_per_edge: self.found.edge_queries as f64
+                / self.found.edges_solved.max(1) as f64,
             lost,
             ..Work::default()
         }
@@ -281,7 +344,11 @@ impl<'a> Tracer<'a> {
         match key {
             VertexKey::Edge(e, i) => {
                 let c = &self.found.edges[&e][i as usize];
-                RawVertex { at: c.at, walls: SmallVec::from_slice(&c.walls), coping: None }
+                RawVertex {
+                    at: c.at,
+                    walls: SmallVec::from_slice(&c.walls),
+                    coping: None,
+                }
             }
             VertexKey::Face(f, i) => {
                 let n = &self.found.faces[&f].nodes[i as usize];
@@ -289,7 +356,11 @@ impl<'a> Tracer<'a> {
                     FaceNodeKind::Coping(c) => Some(c),
                     _ => None,
                 };
-                RawVertex { at: n.at, walls: n.walls.iter().copied().collect(), coping }
+                RawVertex {
+                    at: n.at,
+                    walls: n.walls.iter().copied().collect(),
+                    coping,
+                }
             }
             VertexKey::Inner(t, i) => {
                 let v = &self.found.tets[&t].inner[i as usize];
@@ -297,7 +368,11 @@ impl<'a> Tracer<'a> {
                     InnerKind::OnCoping(c) => Some(c),
                     _ => None,
                 };
-                RawVertex { at: v.at, walls: v.walls.iter().copied().collect(), coping }
+                RawVertex {
+                    at: v.at,
+                    walls: v.walls.iter().copied().collect(),
+                    coping,
+                }
             }
         }
     }
@@ -305,16 +380,25 @@ impl<'a> Tracer<'a> {
     /// Joins the pieces of all tetrahedra to one mesh, vertices numbered in
     /// the order of their keys.
     pub fn assemble(&self) -> RawMesh {
-        let mut tets: Vec<TetKey> =
-            self.found.tets.iter().filter(|t| !t.1.polygons.is_empty()).map(|t| *t.0).collect();
+        let mut tets: Vec<TetKey> = self
+            .found
+            .tets
+            .iter()
+            .filter(|t| !t.1.polygons.is_empty())
+            .map(|t| *t.0)
+            .collect();
         tets.par_sort_unstable();
-        let mut keys: Vec<VertexKey> =
-            tets.iter().flat_map(|t| self.found.tets[t].triangles.iter().flatten().copied()).collect();
+        let mut keys: Vec<VertexKey> = tets
+            .iter()
+            .flat_map(|t| self.found.tets[t].triangles.iter().flatten().copied())
+            .collect();
         keys.par_sort_unstable();
         keys.dedup();
         let number = |k: &VertexKey| keys.binary_search(k).ok().map(|n| n as u32);
-        let mut mesh =
-            RawMesh { vertices: keys.iter().map(|&k| self.vertex(k)).collect(), ..RawMesh::default() };
+        let mut mesh = RawMesh {
+            vertices: keys.iter().map(|&k| self.vertex(k)).collect(),
+            ..RawMesh::default()
+        };
         for tet in &tets {
             let surface = &self.found.tets[tet];
             for t in &surface.triangles {
@@ -330,7 +414,10 @@ impl<'a> Tracer<'a> {
                     if line == Line::Sheet {
                         continue;
                     }
-                    let ends = (number(&polygon.corners[k]), number(&polygon.corners[(k + 1) % n]));
+                    let ends = (
+                        number(&polygon.corners[k]),
+                        number(&polygon.corners[(k + 1) % n]),
+                    );
                     if let (Some(a), Some(b)) = ends {
                         mesh.lines.insert(edge(a, b), line);
                     }
@@ -343,13 +430,28 @@ impl<'a> Tracer<'a> {
 
     /// Places where something is missing.
     pub fn failures(&self) -> (Vec<DVec3>, Vec<DVec3>) {
-        let mut faces: Vec<_> = self.found.faces.iter().filter(|f| !f.1.lost.is_empty()).collect();
+        let mut faces: Vec<_> = self
+            .found
+            .faces
+            .iter()
+            .filter(|f| !f.1.lost.is_empty())
+            .collect();
         faces.sort_by_key(|f| *f.0);
-        let mut tets: Vec<_> = self.found.tets.iter().filter(|t| !t.1.open.is_empty()).collect();
+        let mut tets: Vec<_> = self
+            .found
+            .tets
+            .iter()
+            .filter(|t| !t.1.open.is_empty())
+            .collect();
         tets.sort_by_key(|t| *t.0);
         (
-            faces.into_iter().flat_map(|f| f.1.lost.iter().copied()).collect(),
-            tets.into_iter().flat_map(|t| t.1.open.iter().copied()).collect(),
+            faces
+                .into_iter()
+                .flat_map(|f| f.1.lost.iter().copied())
+                .collect(),
+            tets.into_iter()
+                .flat_map(|t| t.1.open.iter().copied())
+                .collect(),
         )
     }
 }

@@ -10,7 +10,10 @@ use glam::DVec3;
 /// the better-shaped triangles. `forbidden(i, j)` tells diagonals that would
 /// lie in a face of the tetrahedron: the neighbour might choose the same one,
 /// and four triangles would meet there.
-pub fn triangulate(points: &[DVec3], forbidden: impl Fn(usize, usize) -> bool) -> Option<Vec<[usize; 3]>> {
+pub fn triangulate(
+    points: &[DVec3],
+    forbidden: impl Fn(usize, usize) -> bool,
+) -> Option<Vec<[usize; 3]>> {
     /// Weight of shape against area.
     const SHAPE: f64 = 0.02;
     /// Weight of a triangle that faces the other way than the polygon.
@@ -27,7 +30,11 @@ pub fn triangulate(points: &[DVec3], forbidden: impl Fn(usize, usize) -> bool) -
         let sides = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
         let quality = 4.0 * 3f64.sqrt() * area / sides.max(1e-300);
         // Beside a concave bend of a border a triangle may lie over another.
-        let folded = if cross.dot(up) < -1e-12 * sides { FOLDED * sides } else { 0.0 };
+        let folded = if cross.dot(up) < -1e-12 * sides {
+            FOLDED * sides
+        } else {
+            0.0
+        };
         area + SHAPE * sides * (1.0 - quality) + folded
     };
     let allowed = |i: usize, j: usize| j == i + 1 || (i == 0 && j == n - 1) || !forbidden(i, j);
@@ -100,7 +107,10 @@ mod tests {
         ];
         // The gables lie in faces of the tetrahedron.
         let cut = triangulate(&roof, |i, j| (i, j) == (0, 2) || (i, j) == (3, 5)).unwrap();
-        let ridge = cut.iter().filter(|t| t.contains(&1) && t.contains(&4)).count();
+        let ridge = cut
+            .iter()
+            .filter(|t| t.contains(&1) && t.contains(&4))
+            .count();
         assert_eq!(ridge, 2);
     }
 }

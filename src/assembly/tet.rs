@@ -205,7 +205,11 @@ impl Work<'_, '_> {
                     (Port::Crossing(edge, index), VertexKey::Edge(edge, index))
                 }
                 ArcEnd::Spoke { node, spoke } => (
-                    Port::Spoke { face: f as u8, node, spoke },
+                    Port::Spoke {
+                        face: f as u8,
+                        node,
+                        spoke,
+                    },
                     VertexKey::Face(self.face_keys[f], node),
                 ),
             };
@@ -226,11 +230,22 @@ impl Work<'_, '_> {
         for f in 0..4 {
             let inward = self.cage.inward[f];
             for (n, node) in self.faces[f].nodes.iter().enumerate() {
-                let port = |spoke: usize| Port::Spoke { face: f as u8, node: n as u16, spoke: spoke as u16 };
-                let sheets: SmallVec<[(Port, Pair); 4]> =
-                    node.spokes.iter().enumerate().map(|(s, spoke)| (port(s), spoke.pair)).collect();
+                let port = |spoke: usize| Port::Spoke {
+                    face: f as u8,
+                    node: n as u16,
+                    spoke: spoke as u16,
+                };
+                let sheets: SmallVec<[(Port, Pair); 4]> = node
+                    .spokes
+                    .iter()
+                    .enumerate()
+                    .map(|(s, spoke)| (port(s), spoke.pair))
+                    .collect();
                 let kind = match node.kind {
-                    FaceNodeKind::Coping(coping) => EndKind::Border { coping, towards: inward },
+                    FaceNodeKind::Coping(coping) => EndKind::Border {
+                        coping,
+                        towards: inward,
+                    },
                     FaceNodeKind::Fading => continue,
                     FaceNodeKind::Tie if sheets.is_empty() => continue,
                     FaceNodeKind::Tie if sheets.len() == 2 => {
@@ -239,7 +254,10 @@ impl Work<'_, '_> {
                     }
                     FaceNodeKind::Tie => {
                         let walls = curve_walls(self.probe, node.at, &node.spokes, &node.walls);
-                        EndKind::Tie { walls, towards: inward }
+                        EndKind::Tie {
+                            walls,
+                            towards: inward,
+                        }
                     }
                 };
                 self.ends.push(CurveEnd {
@@ -262,7 +280,9 @@ impl Work<'_, '_> {
                 self.ends[next].done = true;
                 match end.kind.clone() {
                     EndKind::Tie { walls, towards } => self.follow_tie(next, &end, walls, towards),
-                    EndKind::Border { coping, towards } => self.follow_border(next, &end, coping, towards),
+                    EndKind::Border { coping, towards } => {
+                        self.follow_border(next, &end, coping, towards)
+                    }
                 }
             }
             next += 1;
@@ -285,7 +305,11 @@ impl Work<'_, '_> {
         }
         let mut carried = walls;
         let stop = seam::follow(self.probe, self.cage, end.at, &mut carried, towards);
-        let line = if end.sheets.len() == 1 { Line::FadingBorder } else { Line::Seam };
+        let line = if end.sheets.len() == 1 {
+            Line::FadingBorder
+        } else {
+            Line::Seam
+        };
         let arrived = match stop {
             CurveStop::Face { face, at } => match self.end_near(from, at, Some(face), false) {
                 Some(k) => Some(k),
@@ -361,14 +385,29 @@ impl Work<'_, '_> {
         let pair = contour::aim(self.probe, end.at, normal, end.sheets[0].1, towards);
         let (stop, kinks) = border::follow(self.probe, self.cage, end.at, pair, coping);
         let arrived = match stop {
-            BorderStop::Face { face, at, pair, coping } => match self.end_near(from, at, Some(face), true) {
+            BorderStop::Face {
+                face,
+                at,
+                pair,
+                coping,
+            } => match self.end_near(from, at, Some(face), true) {
                 Some(k) => Some(k),
                 None => {
-                    self.ask(face, FaceSeed { at, border: Some((coping, pair)) });
+                    self.ask(
+                        face,
+                        FaceSeed {
+                            at,
+                            border: Some((coping, pair)),
+                        },
+                    );
                     return;
                 }
             },
-            BorderStop::Node { fan, arrived, coping } => {
+            BorderStop::Node {
+                fan,
+                arrived,
+                coping,
+            } => {
                 if self.place_near(fan.at).is_none() {
                     self.add_coping_vertex(fan.at, coping, &fan.spokes, &fan.walls);
                 }
@@ -417,11 +456,21 @@ impl Work<'_, '_> {
         })
     }
 
-    fn nearest_end(&self, from: usize, at: DVec3, fits: impl Fn(&CurveEnd) -> bool) -> Option<usize> {
+    fn nearest_end(
+        &self,
+        from: usize,
+        at: DVec3,
+        fits: impl Fn(&CurveEnd) -> bool,
+    ) -> Option<usize> {
         (0..self.ends.len())
             .filter(|&k| k != from && !self.ends[k].done && fits(&self.ends[k]))
             .filter(|&k| self.ends[k].at.distance(at) <= self.near)
-            .min_by(|&a, &b| self.ends[a].at.distance(at).total_cmp(&self.ends[b].at.distance(at)))
+            .min_by(|&a, &b| {
+                self.ends[a]
+                    .at
+                    .distance(at)
+                    .total_cmp(&self.ends[b].at.distance(at))
+            })
     }
 
     /// The unused curve end at an inner vertex that points most along `back`.
@@ -441,7 +490,12 @@ impl Work<'_, '_> {
         })
     }
 
-    fn best_end(&self, from: usize, at: DVec3, score: impl Fn(&CurveEnd) -> Option<f64>) -> Option<usize> {
+    fn best_end(
+        &self,
+        from: usize,
+        at: DVec3,
+        score: impl Fn(&CurveEnd) -> Option<f64>,
+    ) -> Option<usize> {
         let mut best: Option<(f64, usize)> = None;
         for (k, end) in self.ends.iter().enumerate() {
             if k == from || end.done || !matches!(end.vertex, VertexKey::Inner(..)) {
@@ -461,7 +515,10 @@ impl Work<'_, '_> {
     }
 
     fn place_near(&self, at: DVec3) -> Option<u16> {
-        self.places.iter().find(|p| p.1.distance(at) <= self.near).map(|p| p.0)
+        self.places
+            .iter()
+            .find(|p| p.1.distance(at) <= self.near)
+            .map(|p| p.0)
     }
 
     fn add_inner(&mut self, at: DVec3, kind: InnerKind, walls: SmallVec<[FaceId; 6]>) -> u16 {
@@ -480,13 +537,19 @@ impl Work<'_, '_> {
         let inner = self.add_inner(at, InnerKind::OnCoping(coping), SmallVec::from_slice(walls));
         self.places.push((inner, at));
         let vertex = VertexKey::Inner(self.key, inner);
-        let port = |s: usize| Port::Sheet { inner, sheet: s as u16 };
+        let port = |s: usize| Port::Sheet {
+            inner,
+            sheet: s as u16,
+        };
         for (s, spoke) in spokes.iter().enumerate() {
             self.ends.push(CurveEnd {
                 vertex,
                 at,
                 sheets: SmallVec::from_slice(&[(port(s), spoke.pair)]),
-                kind: EndKind::Border { coping, towards: spoke.direction },
+                kind: EndKind::Border {
+                    coping,
+                    towards: spoke.direction,
+                },
                 done: false,
             });
         }
@@ -498,14 +561,25 @@ impl Work<'_, '_> {
         self.ends.push(CurveEnd {
             vertex,
             at,
-            sheets: spokes.iter().enumerate().map(|(s, spoke)| (port(s), spoke.pair)).collect(),
-            kind: EndKind::Tie { walls, towards: -normal },
+            sheets: spokes
+                .iter()
+                .enumerate()
+                .map(|(s, spoke)| (port(s), spoke.pair))
+                .collect(),
+            kind: EndKind::Tie {
+                walls,
+                towards: -normal,
+            },
             done: false,
         });
     }
 
     fn add_junction(&mut self, star: &Star) {
-        let mut walls: SmallVec<[FaceId; 6]> = star.rays.iter().flat_map(|r| r.walls.iter().copied()).collect();
+        let mut walls: SmallVec<[FaceId; 6]> = star
+            .rays
+            .iter()
+            .flat_map(|r| r.walls.iter().copied())
+            .collect();
         walls.sort();
         walls.dedup();
         let inner = self.add_inner(star.at, InnerKind::Junction, walls);
@@ -516,7 +590,9 @@ impl Work<'_, '_> {
         for ray in &star.rays {
             if let [a, b] = ray.sheets[..] {
                 let (keep, drop) = (root[a.2].min(root[b.2]), root[a.2].max(root[b.2]));
-                root.iter_mut().filter(|r| **r == drop).for_each(|r| *r = keep);
+                root.iter_mut()
+                    .filter(|r| **r == drop)
+                    .for_each(|r| *r = keep);
             }
         }
         for ray in &star.rays {
@@ -527,18 +603,35 @@ impl Work<'_, '_> {
                 .sheets
                 .iter()
                 .map(|&(i, j, sheet)| {
-                    let pair = Pair { left: ray.walls[i], right: ray.walls[j] };
-                    (Port::Sheet { inner, sheet: root[sheet] as u16 }, pair)
+                    let pair = Pair {
+                        left: ray.walls[i],
+                        right: ray.walls[j],
+                    };
+                    (
+                        Port::Sheet {
+                            inner,
+                            sheet: root[sheet] as u16,
+                        },
+                        pair,
+                    )
                 })
                 .collect();
-            let spokes: SmallVec<[Spoke; 4]> =
-                sheets.iter().map(|s| Spoke { pair: s.1, direction: ray.direction }).collect();
+            let spokes: SmallVec<[Spoke; 4]> = sheets
+                .iter()
+                .map(|s| Spoke {
+                    pair: s.1,
+                    direction: ray.direction,
+                })
+                .collect();
             let walls = curve_walls(self.probe, star.at, &spokes, &ray.walls);
             self.ends.push(CurveEnd {
                 vertex,
                 at: star.at,
                 sheets,
-                kind: EndKind::Tie { walls, towards: ray.direction },
+                kind: EndKind::Tie {
+                    walls,
+                    towards: ray.direction,
+                },
                 done: false,
             });
         }
@@ -546,7 +639,10 @@ impl Work<'_, '_> {
 
     /// The common name of a port, where a crease joins two.
     fn common(&self, port: Port) -> Port {
-        self.bridges.iter().find(|b| b.1 == port).map_or(port, |b| b.0)
+        self.bridges
+            .iter()
+            .find(|b| b.1 == port)
+            .map_or(port, |b| b.0)
     }
 
     /// Strand ends by port: a tetrahedron has a handful.
@@ -578,7 +674,8 @@ impl Work<'_, '_> {
             }
         }
         let unlike = |a: &[DVec3; 2], b: &[DVec3; 2]| {
-            (a[0].distance(b[0]) + a[1].distance(b[1])).min(a[0].distance(b[1]) + a[1].distance(b[0]))
+            (a[0].distance(b[0]) + a[1].distance(b[1]))
+                .min(a[0].distance(b[1]) + a[1].distance(b[0]))
         };
         let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
         for i in 0..open.len() {
@@ -602,8 +699,11 @@ impl Work<'_, '_> {
             // A contour missing in a face is missing for the neighbour too:
             // unless both close it alike it shows as a crack.
             let in_face = |p: Port| matches!(p, Port::Crossing(..));
-            let line =
-                if in_face(open[i].0) || in_face(open[j].0) { Line::Sheet } else { Line::FadingBorder };
+            let line = if in_face(open[i].0) || in_face(open[j].0) {
+                Line::Sheet
+            } else {
+                Line::FadingBorder
+            };
             self.strands.push(Strand {
                 ports: [open[i].0, open[j].0],
                 vertices: [open[i].1, open[j].1],
@@ -618,14 +718,25 @@ impl Work<'_, '_> {
         match port {
             Port::Crossing(edge, n) => {
                 let c = self.crossings.get(&edge)?.get(n as usize)?;
-                Some(Pair { left: c.walls[0], right: c.walls[1] })
+                Some(Pair {
+                    left: c.walls[0],
+                    right: c.walls[1],
+                })
             }
-            Port::Spoke { face, node, spoke } => {
-                Some(self.faces[face as usize].nodes.get(node as usize)?.spokes.get(spoke as usize)?.pair)
-            }
-            Port::Sheet { .. } => {
-                self.ends.iter().flat_map(|e| &e.sheets).find(|s| s.0 == port).map(|s| s.1)
-            }
+            Port::Spoke { face, node, spoke } => Some(
+                self.faces[face as usize]
+                    .nodes
+                    .get(node as usize)?
+                    .spokes
+                    .get(spoke as usize)?
+                    .pair,
+            ),
+            Port::Sheet { .. } => self
+                .ends
+                .iter()
+                .flat_map(|e| &e.sheets)
+                .find(|s| s.0 == port)
+                .map(|s| s.1),
         }
     }
 
@@ -657,7 +768,11 @@ impl Work<'_, '_> {
                 let others = plugged.at(self.common(s.ports[1 - side]));
                 let [p, q] = others else { break false };
                 let here = (strand, 1 - side);
-                let next = if (p.1, p.2) == here { (q.1, q.2) } else { (p.1, p.2) };
+                let next = if (p.1, p.2) == here {
+                    (q.1, q.2)
+                } else {
+                    (p.1, p.2)
+                };
                 if used[next.0] {
                     break next == (first, 0);
                 }
@@ -681,14 +796,19 @@ impl Work<'_, '_> {
             let on: Vec<u8> = polygon.corners.iter().map(|&v| self.faces_of(v)).collect();
             let cut = polygon::triangulate(&points, |i, j| on[i] & on[j] != 0);
             match cut {
-                Some(triangles) => {
-                    self.out.triangles.extend(triangles.iter().map(|t| t.map(|c| polygon.corners[c])))
-                }
+                Some(triangles) => self
+                    .out
+                    .triangles
+                    .extend(triangles.iter().map(|t| t.map(|c| polygon.corners[c]))),
                 None => {
                     let middle = self.add_middle(&points);
                     let n = points.len();
                     for k in 0..n {
-                        self.out.triangles.push([polygon.corners[k], polygon.corners[(k + 1) % n], middle]);
+                        self.out.triangles.push([
+                            polygon.corners[k],
+                            polygon.corners[(k + 1) % n],
+                            middle,
+                        ]);
                     }
                 }
             }
@@ -699,7 +819,11 @@ impl Work<'_, '_> {
     /// A vertex in the middle of a polygon, on the mid-surface if it is found there.
     fn add_middle(&mut self, points: &[DVec3]) -> VertexKey {
         let centre = points.iter().sum::<DVec3>() / points.len() as f64;
-        let reach = 0.5 * points.iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
+        let reach = 0.5
+            * points
+                .iter()
+                .map(|p| p.distance(centre))
+                .fold(0.0, f64::max);
         let normal = polygon::normal(points).normalize_or_zero();
         let found = vertices::crossing_near(self.probe, centre, normal, reach);
         let (at, walls) = match found {
@@ -726,9 +850,11 @@ impl Work<'_, '_> {
                 .and_then(|f| self.faces[f].nodes.get(n as usize))
                 .map_or(DVec3::NAN, |node| node.at),
             VertexKey::Inner(_, n) => self.out.inner.get(n as usize).map_or(DVec3::NAN, |v| v.at),
-            VertexKey::Edge(e, n) => {
-                self.crossings.get(&e).and_then(|l| l.get(n as usize)).map_or(DVec3::NAN, |c| c.at)
-            }
+            VertexKey::Edge(e, n) => self
+                .crossings
+                .get(&e)
+                .and_then(|l| l.get(n as usize))
+                .map_or(DVec3::NAN, |c| c.at),
         }
     }
 }

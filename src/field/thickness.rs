@@ -68,8 +68,10 @@ impl ThicknessProfile {
     /// Measures a part at some `count` points of its walls. Balls in convex
     /// corners (object angle at most 135 degrees) are left out.
     pub fn measure(field: &Field, count: usize) -> ThicknessProfile {
-        let walls: Vec<FaceId> =
-            (0..field.face_count() as u32).map(FaceId).filter(|&f| !field.is_coping(f)).collect();
+        let walls: Vec<FaceId> = (0..field.face_count() as u32)
+            .map(FaceId)
+            .filter(|&f| !field.is_coping(f))
+            .collect();
         let area = |f: FaceId| {
             let [a, b, c] = field.corners(f);
             0.5 * (b - a).cross(c - a).length()

@@ -55,7 +55,10 @@ impl Patches {
         /// Sine of the angle below which two triangles are in one plane.
         const FLAT: f64 = 1e-6;
         let count = field.face_count();
-        let mut patches = Patches { of: vec![None; count], outlines: Vec::new() };
+        let mut patches = Patches {
+            of: vec![None; count],
+            outlines: Vec::new(),
+        };
         for seed in (0..count as u32).map(FaceId) {
             if !field.is_coping(seed) || patches.of[seed.index()].is_some() {
                 continue;
@@ -149,7 +152,9 @@ impl<'a> Walls<'a> {
         let size = (high - low).length();
         let vertices = part.mesh().positions.len();
         let wall_corners = || {
-            let walls = (0..triangles.len() as u32).map(FaceId).filter(|&f| !field.is_coping(f));
+            let walls = (0..triangles.len() as u32)
+                .map(FaceId)
+                .filter(|&f| !field.is_coping(f));
             walls.flat_map(|f| triangles[f.index()].map(|v| (v as usize, f)))
         };
         let mut first = vec![0u32; vertices + 1];
@@ -163,7 +168,9 @@ impl<'a> Walls<'a> {
             around[next[v] as usize] = f;
             next[v] += 1;
         }
-        let pieces = pieces(triangles, vertices, |f| field.is_coping(f) && field.normal(f) != DVec3::ZERO);
+        let pieces = pieces(triangles, vertices, |f| {
+            field.is_coping(f) && field.normal(f) != DVec3::ZERO
+        });
         Walls {
             field,
             pieces,
@@ -173,7 +180,10 @@ impl<'a> Walls<'a> {
             neighbours,
             indices: triangles.clone(),
             separation,
-            tolerances: Tolerances { solve: 1e-13 * size, tie: 2e-7 * size },
+            tolerances: Tolerances {
+                solve: 1e-13 * size,
+                tie: 2e-7 * size,
+            },
         }
     }
 
@@ -263,7 +273,12 @@ impl<'a> Walls<'a> {
     /// Whether two triangles share an edge that is reflex or bends by at most
     /// `angle` degrees: a footpoint passes it without a jump worth a vertex.
     pub fn smooth_neighbours(&self, a: FaceId, b: FaceId, angle: f64) -> bool {
-        let Some(k) = self.neighbours[a.index()].iter().position(|&n| n == Some(b)) else { return false };
+        let Some(k) = self.neighbours[a.index()]
+            .iter()
+            .position(|&n| n == Some(b))
+        else {
+            return false;
+        };
         let (na, nb) = (self.field.normal(a), self.field.normal(b));
         if na.dot(nb) >= angle.to_radians().cos() {
             return true;
@@ -290,10 +305,16 @@ impl<'a> Walls<'a> {
         if angle < self.separation.min_angle {
             return false;
         }
-        if self.separation.keep_fins_from.is_some_and(|least| angle >= least) {
+        if self
+            .separation
+            .keep_fins_from
+            .is_some_and(|least| angle >= least)
+        {
             return true;
         }
-        !self.path(a, b, LONGEST_WAY * chord).is_some_and(|p| p.waist < NARROWS * chord)
+        !self
+            .path(a, b, LONGEST_WAY * chord)
+            .is_some_and(|p| p.waist < NARROWS * chord)
     }
 
     /// Whether a footpoint may slide from `a` to `b` along one smooth wall.
@@ -304,7 +325,11 @@ impl<'a> Walls<'a> {
         let chord = a.point.distance(b.point);
         // Round a corner of a hole the way is long for a footpoint that has
         // hardly moved, seen from the point that it belongs to.
-        let way = if chord <= HARDLY_MOVED * a.distance { LONGEST_WAY } else { SLIDE_WAY };
+        let way = if chord <= HARDLY_MOVED * a.distance {
+            LONGEST_WAY
+        } else {
+            SLIDE_WAY
+        };
         chord <= 4.0 * self.tolerances.tie || self.path(a, b, way * chord).is_some()
     }
 
@@ -329,7 +354,10 @@ impl<'a> Walls<'a> {
     /// The path between neighbours, over a common edge or corner.
     fn path_over_one(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
         let corners = self.field.corners(a.face);
-        let at = match self.neighbours[a.face.index()].iter().position(|&n| n == Some(b.face)) {
+        let at = match self.neighbours[a.face.index()]
+            .iter()
+            .position(|&n| n == Some(b.face))
+        {
             Some(k) => straight_crossing(a.point, b.point, [corners[k], corners[(k + 1) % 3]]),
             None => {
                 let (s, t) = (self.indices[a.face.index()], self.indices[b.face.index()]);
@@ -355,7 +383,13 @@ impl<'a> Walls<'a> {
         }
         let mut seen: FxHashSet<FaceId> = FxHashSet::default();
         let mut open: BinaryHeap<(Reverse<Total>, u32)> = BinaryHeap::new();
-        let mut ways = vec![Way { before: u32::MAX, face: a.face, walked: 0.0, at: a.point, edge: [a.point; 2] }];
+        let mut ways = vec![Way {
+            before: u32::MAX,
+            face: a.face,
+            walked: 0.0,
+            at: a.point,
+            edge: [a.point; 2],
+        }];
         open.push((Reverse(Total(0.0)), 0));
         while let Some((_, number)) = open.pop() {
             let way = ways[number as usize];
@@ -374,7 +408,13 @@ impl<'a> Walls<'a> {
                 let walked = way.walked + way.at.distance(at);
                 let total = walked + at.distance(b.point);
                 if total <= SEARCH_SLACK * length {
-                    ways.push(Way { before: number, face: next, walked, at, edge });
+                    ways.push(Way {
+                        before: number,
+                        face: next,
+                        walked,
+                        at,
+                        edge,
+                    });
                     open.push((Reverse(Total(total)), ways.len() as u32 - 1));
                 }
             };
@@ -385,7 +425,9 @@ impl<'a> Walls<'a> {
                 }
                 // Two walls may touch in a corner only, where a third one ends.
                 for &next in self.around(self.indices[way.face.index()][k]) {
-                    if !seen.contains(&next) && !self.neighbours[way.face.index()].contains(&Some(next)) {
+                    if !seen.contains(&next)
+                        && !self.neighbours[way.face.index()].contains(&Some(next))
+                    {
                         step(next, [corners[k]; 2]);
                     }
                 }
@@ -431,7 +473,11 @@ fn straight_crossing(a: DVec3, b: DVec3, [p, q]: [DVec3; 2]) -> DVec3 {
     let ra = (a - p - sa * along).length();
     let rb = (b - p - sb * along).length();
     // Unfolded into one plane the way is straight and crosses the edge here.
-    let s = if ra + rb > 0.0 { (sa * rb + sb * ra) / (ra + rb) } else { 0.5 * (sa + sb) };
+    let s = if ra + rb > 0.0 {
+        (sa * rb + sb * ra) / (ra + rb)
+    } else {
+        0.5 * (sa + sb)
+    };
     p + s.clamp(0.0, length) * along
 }
 
@@ -489,7 +535,10 @@ impl Path {
             }
             points[points.len() - 1]
         };
-        Path { length, waist: at(0.25 * length).distance(at(0.75 * length)) }
+        Path {
+            length,
+            waist: at(0.25 * length).distance(at(0.75 * length)),
+        }
     }
 }
 

@@ -71,36 +71,73 @@ pub fn follow(
             return (BorderStop::Lost { at: x }, kinks);
         };
         match contour::follow(probe, &region, x, pair) {
-            Stop::Side { side, at, pair: arrived } => {
-                return (BorderStop::Face { face: faces[side], at, pair: arrived, coping }, kinks);
+            Stop::Side {
+                side,
+                at,
+                pair: arrived,
+            } => {
+                return (
+                    BorderStop::Face {
+                        face: faces[side],
+                        at,
+                        pair: arrived,
+                        coping,
+                    },
+                    kinks,
+                );
             }
-            Stop::Leaves { at, pair: arrived, exit } => {
+            Stop::Leaves {
+                at,
+                pair: arrived,
+                exit,
+            } => {
                 let (Exit::Fence(k), Barrier::Fences(fences)) = (exit, &region.barrier) else {
                     return (BorderStop::Lost { at }, kinks);
                 };
                 let fence = fences[k];
-                let next = probe.walls().neighbour_beside(fence.face, fence.edge, at).filter(|&f| probe.field().is_coping(f));
-                let Some(next) = next else { return (BorderStop::Lost { at }, kinks) };
+                let next = probe
+                    .walls()
+                    .neighbour_beside(fence.face, fence.edge, at)
+                    .filter(|&f| probe.field().is_coping(f));
+                let Some(next) = next else {
+                    return (BorderStop::Lost { at }, kinks);
+                };
                 let normal = probe.field().normal(next);
                 kinks.push(Kink { at, pair: arrived });
                 // The neighbour runs the edge the other way; its inside lies left of that.
-                pair = contour::aim(probe, at, normal, arrived, normal.cross(fence.from - fence.to));
+                pair = contour::aim(
+                    probe,
+                    at,
+                    normal,
+                    arrived,
+                    normal.cross(fence.from - fence.to),
+                );
                 x = at;
                 coping = next;
             }
             Stop::Node { fan, arrived } => {
                 if fan.spokes.len() == 2 {
                     let on = fan.spokes[1 - arrived];
-                    kinks.push(Kink { at: fan.at, pair: on.pair });
+                    kinks.push(Kink {
+                        at: fan.at,
+                        pair: on.pair,
+                    });
                     x = fan.at;
                     pair = on.pair;
                     continue;
                 }
-                return (BorderStop::Node { fan, arrived, coping }, kinks);
+                return (
+                    BorderStop::Node {
+                        fan,
+                        arrived,
+                        coping,
+                    },
+                    kinks,
+                );
             }
             // A patch of coping has no stations.
             Stop::Station { .. } => return (BorderStop::Lost { at: x }, kinks),
-            Stop::Fades { at, .. } | Stop::Lost { at } => { 
+            Stop::Fades { at, .. } | Stop::Lost { at } => {
                 return (BorderStop::Lost { at }, kinks);
             }
         }
@@ -110,7 +147,11 @@ pub fn follow(
 
 /// The plane of a coping triangle inside a tetrahedron, fenced by the outline
 /// of its flat patch; with the tetrahedron's face under each side.
-fn patch_region(probe: &Probe, cage: &Cage, coping: FaceId) -> Option<(Region, SmallVec<[usize; 8]>)> {
+fn patch_region(
+    probe: &Probe,
+    cage: &Cage,
+    coping: FaceId,
+) -> Option<(Region, SmallVec<[usize; 8]>)> {
     let field = probe.field();
     let normal = field.normal(coping);
     let origin = field.corners(coping)[0];
@@ -123,7 +164,12 @@ fn patch_region(probe: &Probe, cage: &Cage, coping: FaceId) -> Option<(Region, S
             let c = field.corners(face);
             let (from, to) = (c[edge], c[(edge + 1) % 3]);
             let near = from.min(to).cmple(high).all() && from.max(to).cmpge(low).all();
-            near.then_some(Fence { from, to, face, edge })
+            near.then_some(Fence {
+                from,
+                to,
+                face,
+                edge,
+            })
         })
         .collect();
     let (corners, faces) = section(cage, normal, origin);
@@ -133,14 +179,22 @@ fn patch_region(probe: &Probe, cage: &Cage, coping: FaceId) -> Option<(Region, S
 
 /// The section of a tetrahedron with a plane, counter-clockwise round its
 /// normal, and the face under each side.
-fn section(cage: &Cage, normal: DVec3, origin: DVec3) -> (SmallVec<[DVec3; 8]>, SmallVec<[usize; 8]>) {
+fn section(
+    cage: &Cage,
+    normal: DVec3,
+    origin: DVec3,
+) -> (SmallVec<[DVec3; 8]>, SmallVec<[usize; 8]>) {
     // A square that holds the section, cut down by the four faces.
     let (ex, ey) = normal.any_orthonormal_pair();
     let middle = 0.25 * cage.corners.iter().sum::<DVec3>();
     let centre = middle - normal * normal.dot(middle - origin);
     let r = 2.0 * cage.size();
-    let mut points: SmallVec<[DVec3; 8]> =
-        SmallVec::from_slice(&[centre - r * (ex + ey), centre + r * (ex - ey), centre + r * (ex + ey), centre - r * (ex - ey)]);
+    let mut points: SmallVec<[DVec3; 8]> = SmallVec::from_slice(&[
+        centre - r * (ex + ey),
+        centre + r * (ex - ey),
+        centre + r * (ex + ey),
+        centre - r * (ex - ey),
+    ]);
     let mut tags: SmallVec<[usize; 8]> = SmallVec::from_slice(&[usize::MAX; 4]);
     for i in 0..4 {
         let height = |p: DVec3| cage.inward[i].dot(p - cage.on_face(i));

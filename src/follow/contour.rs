@@ -70,7 +70,12 @@ impl Region {
             area += (corners[k] - corners[0]).cross(corners[k + 1] - corners[0]);
         }
         let normal = area.try_normalize()?;
-        Some(Region { normal, corners, barrier, stations: Vec::new() })
+        Some(Region {
+            normal,
+            corners,
+            barrier,
+            stations: Vec::new(),
+        })
     }
 
     fn plane(&self) -> Condition {
@@ -160,7 +165,11 @@ pub enum Stop {
 /// Turns a pair so that a walk from `x` in the plane of `normal` heads to the
 /// side of `towards`.
 pub fn aim(probe: &Probe, x: DVec3, normal: DVec3, pair: Pair, towards: DVec3) -> Pair {
-    if heading(probe, x, normal, pair).0.dot(towards) < 0.0 { pair.reversed() } else { pair }
+    if heading(probe, x, normal, pair).0.dot(towards) < 0.0 {
+        pair.reversed()
+    } else {
+        pair
+    }
 }
 
 /// Unit heading of the walk with `pair` at `x`, and its length before
@@ -206,7 +215,17 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     fn new(probe: &'p mut Probe<'a>, region: &'r Region, x: DVec3, pair: Pair) -> Self {
         let tolerances = probe.walls().tolerances();
         let size = region.diameter();
-        Follower { probe, region, size, tie: tolerances.tie, tolerance: tolerances.solve, x, pair, travelled: 0.0, passed: None }
+        Follower {
+            probe,
+            region,
+            size,
+            tie: tolerances.tie,
+            tolerance: tolerances.solve,
+            x,
+            pair,
+            travelled: 0.0,
+            passed: None,
+        }
     }
 
     fn run(&mut self) -> Stop {
@@ -229,7 +248,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         // At a knife edge the walls meet and the sheet ends on them.
         let d = distance_to(self.probe.field(), self.x, self.pair.left).0;
         if d < 1e-3 * self.size {
-            return Stop::Fades { at: self.x, pair: self.pair };
+            return Stop::Fades {
+                at: self.x,
+                pair: self.pair,
+            };
         }
         Stop::Lost { at: self.x }
     }
@@ -250,10 +272,14 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let length = station.map_or(length, |s| s.1);
         let leaving = side.is_some() && length >= exit && station.is_none();
         let (predicted, third) = match side {
-            Some(i) if leaving => {
-                (self.x + exit * t, Condition::plane(self.region.inward(i), self.region.corners[i]))
-            }
-            _ => (self.x + length * t, Condition::plane(t, self.x + length * t)),
+            Some(i) if leaving => (
+                self.x + exit * t,
+                Condition::plane(self.region.inward(i), self.region.corners[i]),
+            ),
+            _ => (
+                self.x + length * t,
+                Condition::plane(t, self.x + length * t),
+            ),
         };
         let stride = predicted.distance(self.x);
         // A tie in distance is a wider gap where the sheet runs nearly along the plane.
@@ -265,10 +291,14 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let mut landed = None;
         for _ in 0..MOST_SLIDES {
             let Some(mut y) = self.correct(predicted, third, pair, allowed) else {
-                return Step::Shorten };
+                return Step::Shorten;
+            };
             // A bent contour may leave through another side than its tangent.
-            let outside =
-                if leaving { self.off_side(side.unwrap_or(0), y) } else { self.region.excess(y) > 1e-12 * self.size };
+            let outside = if leaving {
+                self.off_side(side.unwrap_or(0), y)
+            } else {
+                self.region.excess(y) > 1e-12 * self.size
+            };
             if outside {
                 return Step::Shorten;
             }
@@ -278,7 +308,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
             let (d, _) = distance_to(self.probe.field(), y, pair.left);
             let foot = self.probe.nearest(y, pair.left);
-            let mut clear = foot.face == pair.left || foot.face == pair.right || foot.distance >= d - self.tolerance;
+            let mut clear = foot.face == pair.left
+                || foot.face == pair.right
+                || foot.distance >= d - self.tolerance;
             if !clear {
                 // A facet of the same wall counts to rounding, so that all who
                 // come here agree; another wall only beyond a tie.
@@ -296,13 +328,20 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 break;
             }
         }
-        let Some((y, left_part)) = landed else { return Step::Shorten };
+        let Some((y, left_part)) = landed else {
+            return Step::Shorten;
+        };
         if !self.plain_step(y, pair, stride) {
             return Step::Shorten;
         }
         if let Some((station, _)) = station {
-            if left_part.is_none() && y.distance(self.region.stations[station]) <= 1e-6 * self.size + 4.0 * self.tie {
-                return Step::Stop(Stop::Station { station, heading: t });
+            if left_part.is_none()
+                && y.distance(self.region.stations[station]) <= 1e-6 * self.size + 4.0 * self.tie
+            {
+                return Step::Stop(Stop::Station {
+                    station,
+                    heading: t,
+                });
             }
             self.passed = Some(station);
         }
@@ -317,7 +356,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             return if stride > 1e-7 * self.size.max(self.tie) && self.shrinkable(stride) {
                 Step::Shorten
             } else {
-                Step::Stop(Stop::Fades { at: self.x, pair: self.pair })
+                Step::Stop(Stop::Fades {
+                    at: self.x,
+                    pair: self.pair,
+                })
             };
         }
         if let Some(exit) = left_part {
@@ -402,7 +444,11 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
 
     /// Where the way from the present point to `y` meets the barrier.
     fn barrier(&mut self, y: DVec3, pair: Pair) -> Option<(DVec3, Exit)> {
-        let skip = if self.travelled == 0.0 { 1e-7 * self.size + 2.0 * self.tie } else { 0.0 };
+        let skip = if self.travelled == 0.0 {
+            1e-7 * self.size + 2.0 * self.tie
+        } else {
+            0.0
+        };
         match &self.region.barrier {
             Barrier::None => None,
             Barrier::Coping => {
@@ -432,7 +478,11 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
         }
         let (s, k) = first?;
-        let inside = self.region.normal.cross(fences[k].to - fences[k].from).normalize_or_zero();
+        let inside = self
+            .region
+            .normal
+            .cross(fences[k].to - fences[k].from)
+            .normalize_or_zero();
         let guess = self.x.lerp(y, s);
         let third = Condition::plane(inside, fences[k].from);
         let at = self.correct(guess, third, pair, self.size).unwrap_or(guess);
@@ -471,8 +521,20 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let cosine = CREASE_ANGLE.to_radians().cos();
         let mut best: Option<(f64, Pair)> = None;
         for (old, new) in [
-            (pair.left, Pair { left: nearer, right: pair.right }),
-            (pair.right, Pair { left: pair.left, right: nearer }),
+            (
+                pair.left,
+                Pair {
+                    left: nearer,
+                    right: pair.right,
+                },
+            ),
+            (
+                pair.right,
+                Pair {
+                    left: pair.left,
+                    right: nearer,
+                },
+            ),
         ] {
             let was = field.footpoint_on(y, old);
             let mut bend = (y - was.point).normalize_or_zero().dot(u);
@@ -486,7 +548,11 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         }
         let (_, new) = best?;
         walls
-            .separate(y, &field.footpoint_on(y, new.left), &field.footpoint_on(y, new.right))
+            .separate(
+                y,
+                &field.footpoint_on(y, new.left),
+                &field.footpoint_on(y, new.right),
+            )
             .then_some(new)
     }
 
@@ -495,12 +561,14 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     fn plain_step(&self, y: DVec3, pair: Pair, stride: f64) -> bool {
         const SHORT: f64 = 0.05;
         let (walls, field) = (self.probe.walls(), self.probe.field());
-        [(self.pair.left, pair.left), (self.pair.right, pair.right)].into_iter().all(|(old, new)| {
-            let to = field.footpoint_on(y, new);
-            old == new
-                || stride <= SHORT * to.distance
-                || walls.plain_between(&field.footpoint_on(self.x, old), &to)
-        })
+        [(self.pair.left, pair.left), (self.pair.right, pair.right)]
+            .into_iter()
+            .all(|(old, new)| {
+                let to = field.footpoint_on(y, new);
+                old == new
+                    || stride <= SHORT * to.distance
+                    || walls.plain_between(&field.footpoint_on(self.x, old), &to)
+            })
     }
 
     /// `pair` with `wall` in the place of a triangle that it shares its footpoint with.
@@ -521,12 +589,21 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let mut third = nearer;
         let mut at = None;
         for _ in 0..16 {
-            let lead = |p: DVec3| distance_to(field, p, third).0 - distance_to(field, p, pair.left).0;
+            let lead =
+                |p: DVec3| distance_to(field, p, third).0 - distance_to(field, p, pair.left).0;
             let (g, h) = (lead(self.x), lead(y));
-            let s = if g > h { (g / (g - h)).clamp(0.0, 1.0) } else { 0.5 };
+            let s = if g > h {
+                (g / (g - h)).clamp(0.0, 1.0)
+            } else {
+                0.5
+            };
             let guess = self.x.lerp(y, s);
             let reach = 2.0 * self.x.distance(y) + 4.0 * self.tie;
-            let conditions = [self.tie_condition(pair), Condition::Tie(pair.left, third), self.region.plane()];
+            let conditions = [
+                self.tie_condition(pair),
+                Condition::Tie(pair.left, third),
+                self.region.plane(),
+            ];
             let Some(p) = solve(field, conditions, guess, reach, self.tolerance) else {
                 return Step::Shorten;
             };
@@ -541,7 +618,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
             third = foot.face;
         }
-        let Some((at, distance)) = at else { return Step::Shorten };
+        let Some((at, distance)) = at else {
+            return Step::Shorten;
+        };
         let (t, _) = heading(self.probe, self.x, self.region.normal, self.pair);
         let ahead = (at - self.x).dot(t);
         if ahead < -4.0 * self.tie || self.region.excess(at) > 1e-9 * self.size {
@@ -561,19 +640,25 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             if place.distance(self.x) > at.distance(self.x) || !self.nearest_there(place, pair) {
                 return Step::Shorten;
             }
-            return Step::Stop(Stop::Leaves { at: place, pair, exit });
+            return Step::Stop(Stop::Leaves {
+                at: place,
+                pair,
+                exit,
+            });
         }
         if self.strays(at) {
             return Step::Shorten;
         }
         let fan = fan(self.probe, at, self.region.normal, distance);
         let (back, _) = heading(self.probe, at, self.region.normal, pair);
-        let arrived = fan
-            .spokes
-            .iter()
-            .enumerate()
-            .max_by(|a, b| a.1.direction.dot(-back).total_cmp(&b.1.direction.dot(-back)));
-        let Some((arrived, spoke)) = arrived else { return Step::Shorten };
+        let arrived = fan.spokes.iter().enumerate().max_by(|a, b| {
+            a.1.direction
+                .dot(-back)
+                .total_cmp(&b.1.direction.dot(-back))
+        });
+        let Some((arrived, spoke)) = arrived else {
+            return Step::Shorten;
+        };
         if spoke.direction.dot(-back) < 0.5 {
             return Step::Shorten;
         }

@@ -119,18 +119,34 @@ pub fn solve_face(
                 if !face.spokes_used[next_node][spoke] {
                     let at = face.out.nodes[next_node].at;
                     let pair = face.out.nodes[next_node].spokes[spoke].pair;
-                    let end = ArcEnd::Spoke { node: next_node as u16, spoke: spoke as u16 };
+                    let end = ArcEnd::Spoke {
+                        node: next_node as u16,
+                        spoke: spoke as u16,
+                    };
                     face.walk(probe, end, at, pair);
                 }
             }
             next_node += 1;
         }
-        let Some((side, index)) = face.unused_crossing(next_side) else { break };
+        let Some((side, index)) = face.unused_crossing(next_side) else {
+            break;
+        };
         next_side = side;
         let crossing = face.sides[side][index];
-        let pair = Pair { left: crossing.walls[0], right: crossing.walls[1] };
+        let pair = Pair {
+            left: crossing.walls[0],
+            right: crossing.walls[1],
+        };
         let pair = contour::aim(probe, crossing.at, region.normal, pair, region.inward(side));
-        face.walk(probe, ArcEnd::Crossing { side: side as u8, index: index as u16 }, crossing.at, pair);
+        face.walk(
+            probe,
+            ArcEnd::Crossing {
+                side: side as u8,
+                index: index as u16,
+            },
+            crossing.at,
+            pair,
+        );
     }
     face.out
 }
@@ -151,7 +167,12 @@ impl Work<'_> {
     }
 
     fn plant(&mut self, probe: &mut Probe, seed: &FaceSeed) {
-        if self.out.nodes.iter().any(|n| n.at.distance(seed.at) <= self.near) {
+        if self
+            .out
+            .nodes
+            .iter()
+            .any(|n| n.at.distance(seed.at) <= self.near)
+        {
             return;
         }
         match seed.border {
@@ -174,7 +195,8 @@ impl Work<'_> {
     }
 
     fn add_node(&mut self, node: FaceNode) -> usize {
-        self.spokes_used.push(SmallVec::from_elem(false, node.spokes.len()));
+        self.spokes_used
+            .push(SmallVec::from_elem(false, node.spokes.len()));
         self.out.nodes.push(node);
         self.out.nodes.len() - 1
     }
@@ -215,19 +237,29 @@ impl Work<'_> {
                             walls: fan.walls,
                             spokes: fan.spokes,
                         });
-                        Some(ArcEnd::Spoke { node: node as u16, spoke: arrived as u16 })
+                        Some(ArcEnd::Spoke {
+                            node: node as u16,
+                            spoke: arrived as u16,
+                        })
                     }
                 }
             }
-            Stop::Leaves { at, pair, exit: Exit::Coping(coping) } => {
-                self.arrive_at_border(probe, at, pair, FaceNodeKind::Coping(coping))
-            }
+            Stop::Leaves {
+                at,
+                pair,
+                exit: Exit::Coping(coping),
+            } => self.arrive_at_border(probe, at, pair, FaceNodeKind::Coping(coping)),
             // A face has no fences.
-            Stop::Leaves { exit: Exit::Fence(_), .. } => None,
-            Stop::Station { station, heading } => {
-                self.node_near(self.region.stations[station]).and_then(|node| self.free_spoke(node, -heading))
+            Stop::Leaves {
+                exit: Exit::Fence(_),
+                ..
+            } => None,
+            Stop::Station { station, heading } => self
+                .node_near(self.region.stations[station])
+                .and_then(|node| self.free_spoke(node, -heading)),
+            Stop::Fades { at, pair } => {
+                self.arrive_at_border(probe, at, pair, FaceNodeKind::Fading)
             }
-            Stop::Fades { at, pair } => self.arrive_at_border(probe, at, pair, FaceNodeKind::Fading),
             Stop::Lost { at } => {
                 self.out.lost.push(at);
                 return;
@@ -255,27 +287,49 @@ impl Work<'_> {
         (0..spokes.len())
             .filter(|&s| !self.spokes_used[node][s] && spokes[s].direction.dot(direction) > 0.5)
             .max_by(|&a, &b| {
-                spokes[a].direction.dot(direction).total_cmp(&spokes[b].direction.dot(direction))
+                spokes[a]
+                    .direction
+                    .dot(direction)
+                    .total_cmp(&spokes[b].direction.dot(direction))
             })
-            .map(|spoke| ArcEnd::Spoke { node: node as u16, spoke: spoke as u16 })
+            .map(|spoke| ArcEnd::Spoke {
+                node: node as u16,
+                spoke: spoke as u16,
+            })
     }
 
-    fn arrive_at_border(&mut self, probe: &Probe, at: DVec3, pair: Pair, kind: FaceNodeKind) -> Option<ArcEnd> {
+    fn arrive_at_border(
+        &mut self,
+        probe: &Probe,
+        at: DVec3,
+        pair: Pair,
+        kind: FaceNodeKind,
+    ) -> Option<ArcEnd> {
         let node = match self.node_near(at) {
             Some(node) => node,
             None => self.add_border(probe, at, pair.reversed(), kind),
         };
         let free = (0..self.spokes_used[node].len()).find(|&s| !self.spokes_used[node][s])?;
-        Some(ArcEnd::Spoke { node: node as u16, spoke: free as u16 })
+        Some(ArcEnd::Spoke {
+            node: node as u16,
+            spoke: free as u16,
+        })
     }
 
-    fn arrive_on_side(&mut self, probe: &Probe, side: usize, at: DVec3, pair: Pair) -> Option<ArcEnd> {
+    fn arrive_on_side(
+        &mut self,
+        probe: &Probe,
+        side: usize,
+        at: DVec3,
+        pair: Pair,
+    ) -> Option<ArcEnd> {
         let gap = |c: &Crossing| c.at.distance(at);
         let known = &self.sides[side];
         let best = (0..known.len())
             .filter(|&k| gap(&known[k]) <= self.near)
             .min_by(|&a, &b| {
-                (self.used[side][a], gap(&known[a])).partial_cmp(&(self.used[side][b], gap(&known[b])))
+                (self.used[side][a], gap(&known[a]))
+                    .partial_cmp(&(self.used[side][b], gap(&known[b])))
                     .unwrap_or(std::cmp::Ordering::Equal)
             });
         let index = match best {
@@ -286,8 +340,13 @@ impl Work<'_> {
                 let way = if self.low_first[side] { q - p } else { p - q };
                 // Walls in order along the edge: `across` points to where the right one is nearer.
                 let field = probe.field();
-                let across = distance_to(field, at, pair.left).1 - distance_to(field, at, pair.right).1;
-                let walls = if across.dot(way) > 0.0 { [pair.left, pair.right] } else { [pair.right, pair.left] };
+                let across =
+                    distance_to(field, at, pair.left).1 - distance_to(field, at, pair.right).1;
+                let walls = if across.dot(way) > 0.0 {
+                    [pair.left, pair.right]
+                } else {
+                    [pair.right, pair.left]
+                };
                 let crossing = Crossing { at, walls };
                 self.sides[side].push(crossing);
                 self.used[side].push(false);
@@ -295,6 +354,9 @@ impl Work<'_> {
                 self.sides[side].len() - 1
             }
         };
-        Some(ArcEnd::Crossing { side: side as u8, index: index as u16 })
+        Some(ArcEnd::Crossing {
+            side: side as u8,
+            index: index as u16,
+        })
     }
 }

@@ -46,7 +46,9 @@ fn tied_feet(probe: &mut Probe, at: DVec3, distance: f64) -> SmallVec<[(FaceId, 
     let tie = probe.walls().tolerances().tie;
     let mut feet = std::mem::take(&mut probe.feet);
     feet.clear();
-    probe.field().footpoints_within(at, distance + tie, &mut feet);
+    probe
+        .field()
+        .footpoints_within(at, distance + tie, &mut feet);
     let mut kept: SmallVec<[(FaceId, DVec3); 8]> = SmallVec::new();
     let mut points: SmallVec<[DVec3; 8]> = SmallVec::new();
     // Neighbours share a footpoint on their common edge, and a triangle beside
@@ -70,7 +72,8 @@ fn tied_feet(probe: &mut Probe, at: DVec3, distance: f64) -> SmallVec<[(FaceId, 
 pub fn fan(probe: &mut Probe, at: DVec3, normal: DVec3, distance: f64) -> Fan {
     let feet = tied_feet(probe, at, distance);
     let (ex, ey) = normal.any_orthonormal_pair();
-    let flat: SmallVec<[(f64, f64); 8]> = feet.iter().map(|(_, u)| (u.dot(ex), u.dot(ey))).collect();
+    let flat: SmallVec<[(f64, f64); 8]> =
+        feet.iter().map(|(_, u)| (u.dot(ex), u.dot(ey))).collect();
     let hull = convex_hull(&flat);
     let mut spokes = SmallVec::new();
     let count = hull.len();
@@ -88,14 +91,24 @@ pub fn fan(probe: &mut Probe, at: DVec3, normal: DVec3, distance: f64) -> Fan {
             // lesser projection on the left-hand normal of the contour.
             let hand = normal.cross(direction);
             let pair = if feet[i].1.dot(hand) < feet[j].1.dot(hand) {
-                Pair { left: feet[i].0, right: feet[j].0 }
+                Pair {
+                    left: feet[i].0,
+                    right: feet[j].0,
+                }
             } else {
-                Pair { left: feet[j].0, right: feet[i].0 }
+                Pair {
+                    left: feet[j].0,
+                    right: feet[i].0,
+                }
             };
             spokes.push(Spoke { pair, direction });
         }
     }
-    Fan { at, spokes, walls: hull.iter().map(|&k| feet[k].0).collect() }
+    Fan {
+        at,
+        spokes,
+        walls: hull.iter().map(|&k| feet[k].0).collect(),
+    }
 }
 
 /// One curve that leaves a junction: a hull facet with a wanted sheet in it.
@@ -156,8 +169,9 @@ pub fn star(probe: &mut Probe, at: DVec3, distance: f64) -> Option<Star> {
                 }
                 let inward = if above { normal } else { -normal };
                 let offset = inward.dot(feet[i].1);
-                let on: SmallVec<[usize; 6]> =
-                    (0..n).filter(|&m| (inward.dot(feet[m].1) - offset).abs() <= FLAT).collect();
+                let on: SmallVec<[usize; 6]> = (0..n)
+                    .filter(|&m| (inward.dot(feet[m].1) - offset).abs() <= FLAT)
+                    .collect();
                 if facets.iter().all(|f| f.1 != on) {
                     facets.push((inward, on));
                 }
@@ -169,9 +183,16 @@ pub fn star(probe: &mut Probe, at: DVec3, distance: f64) -> Option<Star> {
     let mut rays = Vec::new();
     for (direction, on) in facets {
         let (ex, ey) = direction.any_orthonormal_pair();
-        let flat: SmallVec<[(f64, f64); 8]> = on.iter().map(|&m| (feet[m].1.dot(ex), feet[m].1.dot(ey))).collect();
+        let flat: SmallVec<[(f64, f64); 8]> = on
+            .iter()
+            .map(|&m| (feet[m].1.dot(ex), feet[m].1.dot(ey)))
+            .collect();
         let ring: SmallVec<[usize; 8]> = convex_hull(&flat).iter().map(|&m| on[m]).collect();
-        let mut ray = Ray { direction, walls: ring.iter().map(|&m| feet[m].0).collect(), sheets: SmallVec::new() };
+        let mut ray = Ray {
+            direction,
+            walls: ring.iter().map(|&m| feet[m].0).collect(),
+            sheets: SmallVec::new(),
+        };
         for k in 0..ring.len() {
             let l = (k + 1) % ring.len();
             let (i, j) = (ring[k].min(ring[l]), ring[k].max(ring[l]));
@@ -188,7 +209,11 @@ pub fn star(probe: &mut Probe, at: DVec3, distance: f64) -> Option<Star> {
             rays.push(ray);
         }
     }
-    Some(Star { at, rays, sheets: sheets.len() })
+    Some(Star {
+        at,
+        rays,
+        sheets: sheets.len(),
+    })
 }
 
 /// Counter-clockwise convex hull by monotone chain: indices of its corners,
@@ -197,7 +222,12 @@ fn convex_hull(points: &[(f64, f64)]) -> SmallVec<[usize; 8]> {
     /// Twice the area below which a corner is none, the points lying in the unit disc.
     const FLAT: f64 = 1e-9;
     let mut order: SmallVec<[usize; 8]> = (0..points.len()).collect();
-    order.sort_by(|&a, &b| points[a].0.total_cmp(&points[b].0).then(points[a].1.total_cmp(&points[b].1)));
+    order.sort_by(|&a, &b| {
+        points[a]
+            .0
+            .total_cmp(&points[b].0)
+            .then(points[a].1.total_cmp(&points[b].1))
+    });
     order.dedup_by(|a, b| {
         let (p, q) = (points[*a], points[*b]);
         (p.0 - q.0).abs() + (p.1 - q.1).abs() < 1e-9
@@ -213,7 +243,9 @@ fn convex_hull(points: &[(f64, f64)]) -> SmallVec<[usize; 8]> {
     for pass in 0..2 {
         let base = hull.len();
         for &p in &order {
-            while hull.len() >= base + 2 && turn(hull[hull.len() - 2], hull[hull.len() - 1], p) <= FLAT {
+            while hull.len() >= base + 2
+                && turn(hull[hull.len() - 2], hull[hull.len() - 1], p) <= FLAT
+            {
                 hull.pop();
             }
             hull.push(p);

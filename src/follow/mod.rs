@@ -43,7 +43,10 @@ pub struct Pair {
 impl Pair {
     /// The same pair for a walk the other way.
     pub fn reversed(self) -> Pair {
-        Pair { left: self.right, right: self.left }
+        Pair {
+            left: self.right,
+            right: self.left,
+        }
     }
 }
 
@@ -58,7 +61,12 @@ pub struct Probe<'a> {
 impl<'a> Probe<'a> {
     /// A probe with nothing counted.
     pub fn new(walls: &'a Walls<'a>) -> Probe<'a> {
-        Probe { walls, queries: 0, feet: Vec::new(), hits: Vec::new() }
+        Probe {
+            walls,
+            queries: 0,
+            feet: Vec::new(),
+            hits: Vec::new(),
+        }
     }
 
     /// Closest-point queries so far.
@@ -91,7 +99,8 @@ impl<'a> Probe<'a> {
     /// Whether the pair still makes a mid-surface at `x`.
     pub fn separate(&self, x: DVec3, a: FaceId, b: FaceId) -> bool {
         let field = self.field();
-        self.walls.separate(x, &field.footpoint_on(x, a), &field.footpoint_on(x, b))
+        self.walls
+            .separate(x, &field.footpoint_on(x, a), &field.footpoint_on(x, b))
     }
 
     /// First place where the segment meets coping, away from its start by more

@@ -36,7 +36,11 @@ impl Cage {
             let n = (q - p).cross(r - p).normalize_or_zero();
             *normal = if n.dot(corners[i] - p) < 0.0 { -n } else { n };
         }
-        Cage { corners, inward, may_leave_part }
+        Cage {
+            corners,
+            inward,
+            may_leave_part,
+        }
     }
 
     fn face_corners(corners: [DVec3; 4], i: usize) -> [DVec3; 3] {
@@ -135,7 +139,13 @@ pub fn direction(probe: &Probe, x: DVec3, walls: &[FaceId], towards: DVec3) -> O
 
 /// Follows the curve on which `walls` tie from `start` towards `towards`.
 /// `walls` are those at the end when it returns.
-pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, towards: DVec3) -> CurveStop {
+pub fn follow(
+    probe: &mut Probe,
+    cage: &Cage,
+    start: DVec3,
+    walls: &mut Walls,
+    towards: DVec3,
+) -> CurveStop {
     const MOST_STEPS: usize = 1000;
     let tolerances = probe.walls().tolerances();
     let (tie, tolerance) = (tolerances.tie, tolerances.solve);
@@ -148,7 +158,9 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
     let mut steps = 0;
     'step: while steps < MOST_STEPS && length >= shortest {
         steps += 1;
-        let Some((mut t, mut triple)) = tangent(probe, x, walls) else { break };
+        let Some((mut t, mut triple)) = tangent(probe, x, walls) else {
+            break;
+        };
         if t.dot(last) < 0.0 {
             t = -t;
         }
@@ -174,8 +186,17 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
         // Close before a face that the curve meets at a low angle, the step is
         // short and the way along the face is not.
         let reach = 0.3 * stride + 1e-3 * size;
-        let ties = [Condition::Tie(triple[0], triple[1]), Condition::Tie(triple[0], triple[2])];
-        let Some(mut y) = solve(probe.field(), [ties[0], ties[1], third], predicted, reach, tolerance) else {
+        let ties = [
+            Condition::Tie(triple[0], triple[1]),
+            Condition::Tie(triple[0], triple[2]),
+        ];
+        let Some(mut y) = solve(
+            probe.field(),
+            [ties[0], ties[1], third],
+            predicted,
+            reach,
+            tolerance,
+        ) else {
             length = stride * 0.4;
             continue;
         };
@@ -188,7 +209,8 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
         if cage.may_leave_part {
             let skip = if first { 1e-7 * size + 2.0 * tie } else { 0.0 };
             if let Some((hit, coping)) = probe.coping_hit(x, y, skip) {
-                let Some((at, coping)) = settle(probe, ties, hit, coping, 0.5 * size, tolerance) else {
+                let Some((at, coping)) = settle(probe, ties, hit, coping, 0.5 * size, tolerance)
+                else {
                     length = stride * 0.4;
                     continue;
                 };
@@ -214,12 +236,24 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
             }
             let again = tangent(probe, y, &carried).and_then(|(_, best)| {
                 triple = best;
-                let ties = [Condition::Tie(best[0], best[1]), Condition::Tie(best[0], best[2])];
+                let ties = [
+                    Condition::Tie(best[0], best[1]),
+                    Condition::Tie(best[0], best[2]),
+                ];
                 let third = match left_part {
-                    Some(coping) => Condition::plane(probe.field().normal(coping), probe.field().corners(coping)[0]),
+                    Some(coping) => Condition::plane(
+                        probe.field().normal(coping),
+                        probe.field().corners(coping)[0],
+                    ),
                     None => third,
                 };
-                solve(probe.field(), [ties[0], ties[1], third], y, reach, tolerance)
+                solve(
+                    probe.field(),
+                    [ties[0], ties[1], third],
+                    y,
+                    reach,
+                    tolerance,
+                )
             });
             match again {
                 Some(z) => y = z,
@@ -243,12 +277,24 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
                     continue 'step;
                 };
                 triple = best;
-                let ties = [Condition::Tie(triple[0], triple[1]), Condition::Tie(triple[0], triple[2])];
+                let ties = [
+                    Condition::Tie(triple[0], triple[1]),
+                    Condition::Tie(triple[0], triple[2]),
+                ];
                 let third = match left_part {
-                    Some(coping) => Condition::plane(probe.field().normal(coping), probe.field().corners(coping)[0]),
+                    Some(coping) => Condition::plane(
+                        probe.field().normal(coping),
+                        probe.field().corners(coping)[0],
+                    ),
                     None => third,
                 };
-                match solve(probe.field(), [ties[0], ties[1], third], y, reach, tolerance) {
+                match solve(
+                    probe.field(),
+                    [ties[0], ties[1], third],
+                    y,
+                    reach,
+                    tolerance,
+                ) {
                     Some(z) => y = z,
                     None => {
                         length = stride * 0.4;
@@ -267,15 +313,18 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
             }
             match junction(probe, x, y, triple, foot.face, tie, tolerance) {
                 Some((at, distance))
-                    if cage.excess(at, usize::MAX) <= 1e-9 * size && (at - x).dot(t) > -4.0 * tie =>
+                    if cage.excess(at, usize::MAX) <= 1e-9 * size
+                        && (at - x).dot(t) > -4.0 * tie =>
                 {
                     // At a bend of a reflex edge the footpoint only moves on to the next edge.
                     let point = probe.field().footpoint_on(at, foot.face).point;
                     let near = one_place(distance, tie);
-                    let same = carried
-                        .iter()
-                        .position(|&w| probe.field().footpoint_on(at, w).point.distance(point) <= near);
-                    let Some(k) = same else { return CurveStop::Junction { at, distance } };
+                    let same = carried.iter().position(|&w| {
+                        probe.field().footpoint_on(at, w).point.distance(point) <= near
+                    });
+                    let Some(k) = same else {
+                        return CurveStop::Junction { at, distance };
+                    };
                     carried[k] = foot.face;
                     *walls = carried;
                     last = t;
@@ -300,11 +349,19 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
             }
         }
         // A curve may bulge into the part where its chord does not.
-        if first && cage.may_leave_part && left_part.is_none() && probe.field().signed_clearance(y) < -tie {
+        if first
+            && cage.may_leave_part
+            && left_part.is_none()
+            && probe.field().signed_clearance(y) < -tie
+        {
             length = stride * 0.4;
             continue;
         }
-        let beside = if leaving && left_part.is_none() { exit.0 } else { usize::MAX };
+        let beside = if leaving && left_part.is_none() {
+            exit.0
+        } else {
+            usize::MAX
+        };
         if cage.excess(y, beside) > 1e-9 * size {
             length = stride * 0.4;
             continue;
@@ -314,7 +371,10 @@ pub fn follow(probe: &mut Probe, cage: &Cage, start: DVec3, walls: &mut Walls, t
             return CurveStop::Coping { at: y, coping };
         }
         if leaving {
-            return CurveStop::Face { face: exit.0, at: y };
+            return CurveStop::Face {
+                face: exit.0,
+                at: y,
+            };
         }
         first = false;
         last = y - x;
@@ -329,11 +389,17 @@ fn refresh(probe: &mut Probe, y: DVec3, distance: f64, walls: &mut Walls, k: usi
     let was = probe.field().footpoint_on(y, walls[k]);
     let mut feet = std::mem::take(&mut probe.feet);
     feet.clear();
-    probe.field().footpoints_within(y, distance + probe.walls().tolerances().tie, &mut feet);
+    probe
+        .field()
+        .footpoints_within(y, distance + probe.walls().tolerances().tie, &mut feet);
     let next = feet
         .iter()
         .filter(|f| !walls.contains(&f.face) && probe.walls().slides(&was, f))
-        .min_by(|a, b| a.point.distance(was.point).total_cmp(&b.point.distance(was.point)));
+        .min_by(|a, b| {
+            a.point
+                .distance(was.point)
+                .total_cmp(&b.point.distance(was.point))
+        });
     if let Some(foot) = next {
         walls[k] = foot.face;
     }
@@ -372,7 +438,11 @@ fn junction(
         let field = probe.field();
         let lead = |p: DVec3| distance_to(field, p, other).0 - distance_to(field, p, triple[0]).0;
         let (g, h) = (lead(x), lead(y));
-        let s = if g > h { (g / (g - h)).clamp(0.0, 1.0) } else { 0.5 };
+        let s = if g > h {
+            (g / (g - h)).clamp(0.0, 1.0)
+        } else {
+            0.5
+        };
         let conditions = [
             Condition::Tie(triple[0], triple[1]),
             Condition::Tie(triple[0], triple[2]),

@@ -35,7 +35,13 @@ pub fn distance_to(field: &Field, p: DVec3, face: FaceId) -> (f64, DVec3) {
 
 /// Solves three conditions from `start`; gives up (`None`) where they are
 /// nearly dependent, do not converge, or lead farther than `reach` away.
-pub fn solve(field: &Field, conditions: [Condition; 3], start: DVec3, reach: f64, tolerance: f64) -> Option<DVec3> {
+pub fn solve(
+    field: &Field,
+    conditions: [Condition; 3],
+    start: DVec3,
+    reach: f64,
+    tolerance: f64,
+) -> Option<DVec3> {
     const STEPS: usize = 40;
     /// Smallest volume spanned by the three unit gradients.
     const INDEPENDENT: f64 = 1e-7;
@@ -77,7 +83,14 @@ pub fn solve(field: &Field, conditions: [Condition; 3], start: DVec3, reach: f64
 /// Where walls `a` and `b` are equally far on the segment `from..to`, `a`
 /// being the nearer one at `from` and `b` at `to`: safeguarded Newton on the
 /// difference of distances. Returns the parameter in 0..=1.
-pub fn tie_on_segment(field: &Field, from: DVec3, to: DVec3, a: FaceId, b: FaceId, tolerance: f64) -> f64 {
+pub fn tie_on_segment(
+    field: &Field,
+    from: DVec3,
+    to: DVec3,
+    a: FaceId,
+    b: FaceId,
+    tolerance: f64,
+) -> f64 {
     let way = to - from;
     let length = way.length();
     let (mut low, mut high) = (0.0, 1.0);
@@ -107,7 +120,11 @@ pub fn tie_on_segment(field: &Field, from: DVec3, to: DVec3, a: FaceId, b: FaceI
             break;
         }
         let newton = s - g / slope;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let next = if newton > low && newton < high {
+            newton
+        } else {
+            0.5 * (low + high)
+        };
         if (next - s).abs() * length <= 0.25 * tolerance {
             return next;
         }

@@ -31,7 +31,11 @@ impl Axes {
     const ALL: Axes = Axes(7);
 
     fn offset(self) -> IVec3 {
-        IVec3::new((self.0 & 1) as i32, (self.0 >> 1 & 1) as i32, (self.0 >> 2 & 1) as i32)
+        IVec3::new(
+            (self.0 & 1) as i32,
+            (self.0 >> 1 & 1) as i32,
+            (self.0 >> 2 & 1) as i32,
+        )
     }
 
     fn union(self, other: Axes) -> Axes {
@@ -107,7 +111,9 @@ impl EdgeKey {
         let rest = s.complement();
         let first = rest.subsets().map(move |r| FaceKey::new(n, s, r));
         let second = rest.subsets().map(move |r| FaceKey::new(n.back(r), r, s));
-        let long = s.proper_subsets().map(move |p| FaceKey::new(n, p, Axes(s.0 & !p.0)));
+        let long = s
+            .proper_subsets()
+            .map(move |p| FaceKey::new(n, p, Axes(s.0 & !p.0)));
         first.chain(second).chain(long)
     }
 }
@@ -122,7 +128,11 @@ impl FaceKey {
     }
 
     fn parts(self) -> (NodeKey, Axes, Axes) {
-        (NodeKey(self.0 >> 6), Axes((self.0 >> 3 & 7) as u8), Axes((self.0 & 7) as u8))
+        (
+            NodeKey(self.0 >> 6),
+            Axes((self.0 >> 3 & 7) as u8),
+            Axes((self.0 & 7) as u8),
+        )
     }
 
     /// The three corners, in the order of the walk.
@@ -135,7 +145,11 @@ impl FaceKey {
     /// it joins corners `i` and `(i + 1) % 3`.
     pub fn edges(self) -> [EdgeKey; 3] {
         let (n, a, b) = self.parts();
-        [EdgeKey::new(n, a), EdgeKey::new(n.step(a), b), EdgeKey::new(n, a.union(b))]
+        [
+            EdgeKey::new(n, a),
+            EdgeKey::new(n.step(a), b),
+            EdgeKey::new(n, a.union(b)),
+        ]
     }
 
     /// The two tetrahedra that share this face.
@@ -231,7 +245,10 @@ impl Lattice {
         if !(cells.max_element() + 4.0 < MAX_CELLS_PER_AXIS as f64) {
             return None;
         }
-        Some(Lattice { origin: low - (SHIFT + 1.0) * cell, cell })
+        Some(Lattice {
+            origin: low - (SHIFT + 1.0) * cell,
+            cell,
+        })
     }
 
     /// Edge length of a cell, in part units.
@@ -277,7 +294,10 @@ mod tests {
 
     #[test]
     fn six_tetrahedra_fill_a_cell() {
-        let lattice = Lattice { origin: DVec3::ZERO, cell: 2.0 };
+        let lattice = Lattice {
+            origin: DVec3::ZERO,
+            cell: 2.0,
+        };
         let volume: f64 = some_tetrahedra()
             .iter()
             .map(|t| {
@@ -285,7 +305,7 @@ mod tests {
                 (b - a).cross(c - a).dot(d - a).abs() / 6.0
             })
             .sum();
-        assert_eq!(volume, 8.0);
+        assert!((volume - 8.0).abs() < 1e-12);
     }
 
     #[test]
@@ -295,7 +315,10 @@ mod tests {
                 assert!(f.tetrahedra().contains(&t));
                 let corners: BTreeSet<_> = f.nodes().into_iter().collect();
                 let nodes = t.nodes();
-                assert!(!corners.contains(&nodes[i]), "face {i} lies opposite corner {i}");
+                assert!(
+                    !corners.contains(&nodes[i]),
+                    "face {i} lies opposite corner {i}"
+                );
                 assert!(corners.iter().all(|c| nodes.contains(c)));
                 for other in f.tetrahedra() {
                     assert!(other.faces().contains(&f));
@@ -334,7 +357,9 @@ mod tests {
         let lattice = Lattice::covering(DVec3::ZERO, DVec3::splat(10.0), 0.7).unwrap();
         let mut state = 1u64;
         let mut random = || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1u64 << 53) as f64
         };
         for _ in 0..1000 {

@@ -33,7 +33,11 @@ pub struct NodeSample {
 pub fn sample_node(probe: &mut Probe, at: DVec3) -> NodeSample {
     let foot = probe.nearest_anywhere(at);
     let signed = probe.field().signed_clearance(at);
-    NodeSample { inside: signed > 0.0, clearance: signed.abs(), wall: foot.face }
+    NodeSample {
+        inside: signed > 0.0,
+        clearance: signed.abs(),
+        wall: foot.face,
+    }
 }
 
 /// A vertex on a lattice edge.
@@ -108,7 +112,12 @@ pub fn crossings(
 
 /// The mid-surface point nearest to `centre` on the line along `direction`,
 /// at most `reach` away.
-pub fn crossing_near(probe: &mut Probe, centre: DVec3, direction: DVec3, reach: f64) -> Option<Crossing> {
+pub fn crossing_near(
+    probe: &mut Probe,
+    centre: DVec3,
+    direction: DVec3,
+    reach: f64,
+) -> Option<Crossing> {
     let ends = [centre - reach * direction, centre + reach * direction];
     let samples = ends.map(|p| sample_node(probe, p));
     crossings(probe, ends, [&samples[0], &samples[1]])
@@ -140,7 +149,10 @@ fn stretch(
     let tied = (fa.distance - fb.distance).abs() <= 0.01 * tolerances.tie;
     if tied && nearest.distance >= distance - 0.01 * tolerances.tie {
         if probe.walls().separate(m, &fa, &fb) {
-            out.push(Crossing { at: m, walls: [a, b] });
+            out.push(Crossing {
+                at: m,
+                walls: [a, b],
+            });
         }
         return;
     }
@@ -181,6 +193,10 @@ pub fn bisect(probe: &mut Probe, mut x: DVec3, mut y: DVec3, tolerance: f64) -> 
     let m = 0.5 * (x + y);
     let field = probe.field();
     let (fa, fb) = (field.footpoint_on(m, a.face), field.footpoint_on(m, b.face));
-    let tied = (distance_to(field, m, a.face).0 - distance_to(field, m, b.face).0).abs() < 10.0 * tolerance;
-    (tied && probe.walls().separate(m, &fa, &fb)).then_some(Crossing { at: m, walls: [a.face, b.face] })
+    let tied = (distance_to(field, m, a.face).0 - distance_to(field, m, b.face).0).abs()
+        < 10.0 * tolerance;
+    (tied && probe.walls().separate(m, &fa, &fb)).then_some(Crossing {
+        at: m,
+        walls: [a.face, b.face],
+    })
 }

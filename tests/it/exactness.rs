@@ -18,7 +18,10 @@ fn part(name: &str) -> Part {
 }
 
 fn run(part: &Part, cell: f64) -> Extraction {
-    let settings = Settings { cell: Cell::Length(cell), ..Settings::default() };
+    let settings = Settings {
+        cell: Cell::Length(cell),
+        ..Settings::default()
+    };
     extract(part, &settings, &|_, _, _| ()).unwrap()
 }
 
@@ -29,7 +32,10 @@ fn branch_line_of_a_tee_runs_at_five_eighths() {
         let result = run(&part, cell);
         for &v in &result.surface.seams[0].path {
             let p = result.surface.vertices[v as usize].position;
-            assert!(p.x.abs() < 1e-9 && (p.y + 0.25).abs() < 1e-9, "cell {cell}: {p}");
+            assert!(
+                p.x.abs() < 1e-9 && (p.y + 0.25).abs() < 1e-9,
+                "cell {cell}: {p}"
+            );
         }
     }
 }
@@ -44,20 +50,36 @@ fn branch_line_of_a_thin_web_follows_the_formula() {
     assert_eq!(result.surface.seams.len(), 1);
     for &v in &result.surface.seams[0].path {
         let p = result.surface.vertices[v as usize].position;
-        assert!((p.y - (0.5 * f - h)).abs() < 1e-9, "{p} against {}", 0.5 * f - h);
+        assert!(
+            (p.y - (0.5 * f - h)).abs() < 1e-9,
+            "{p} against {}",
+            0.5 * f - h
+        );
     }
 }
 
 #[test]
 fn every_vertex_is_equally_far_from_its_walls() {
-    for (name, cell) in [("tee", 2.0), ("boss_gussets", 2.0), ("wavy_rib", 1.6), ("hemisphere_shell", 2.0)] {
+    for (name, cell) in [
+        ("tee", 2.0),
+        ("boss_gussets", 2.0),
+        ("wavy_rib", 1.6),
+        ("hemisphere_shell", 2.0),
+    ] {
         let part = part(name);
         let field = Field::new(&part);
         for v in &run(&part, cell).surface.vertices {
-            let distances: Vec<f64> = v.footpoints.iter().map(|f| f.distance(v.position)).collect();
+            let distances: Vec<f64> = v
+                .footpoints
+                .iter()
+                .map(|f| f.distance(v.position))
+                .collect();
             let nearest = field.footpoint(v.position).distance;
             assert!(distances.len() >= 2, "{name}");
-            let worst = distances.iter().map(|d| (d - nearest).abs()).fold(0.0, f64::max);
+            let worst = distances
+                .iter()
+                .map(|d| (d - nearest).abs())
+                .fold(0.0, f64::max);
             assert!(worst < 2e-5, "{name} at {}: off by {worst}", v.position);
         }
     }
@@ -65,16 +87,27 @@ fn every_vertex_is_equally_far_from_its_walls() {
 
 #[test]
 fn borders_lie_on_coping() {
-    for (name, cell) in [("plate_holes", 2.0), ("bracket", 1.5), ("boss_gussets", 6.0)] {
+    for (name, cell) in [
+        ("plate_holes", 2.0),
+        ("bracket", 1.5),
+        ("boss_gussets", 6.0),
+    ] {
         let part = part(name);
         let field = Field::new(&part);
         let result = run(&part, cell);
         let surface = &result.surface;
-        for border in surface.borders.iter().filter(|b| b.kind == midsurf::mesh::midsurface::BorderKind::Coping) {
+        for border in surface
+            .borders
+            .iter()
+            .filter(|b| b.kind == midsurf::mesh::midsurface::BorderKind::Coping)
+        {
             for pair in border.path.windows(2) {
                 let [p, q] = [pair[0], pair[1]].map(|v| surface.vertices[v as usize].position);
                 let middle = 0.5 * (p + q);
-                let gap = field.nearest_coping(middle, f64::INFINITY).unwrap().distance;
+                let gap = field
+                    .nearest_coping(middle, f64::INFINITY)
+                    .unwrap()
+                    .distance;
                 assert!(gap < 1e-6, "{name}: {gap} at {middle}");
             }
         }
@@ -84,14 +117,23 @@ fn borders_lie_on_coping() {
 #[test]
 fn thickness_of_plane_walls_is_exact() {
     let result = run(&part("rib_grid"), 2.0);
-    let plain = result.surface.vertices.iter().filter(|v| v.kind == VertexKind::Sheet && v.position.z > 3.0);
+    let plain = result
+        .surface
+        .vertices
+        .iter()
+        .filter(|v| v.kind == VertexKind::Sheet && v.position.z > 3.0);
     let mut count = 0;
     for v in plain {
         // Away from where ribs cross.
         if (v.position.x - 20.0).abs() > 3.0 && (v.position.x - 40.0).abs() > 3.0
             || (v.position.y - 15.0).abs() > 3.0 && (v.position.y - 30.0).abs() > 3.0
         {
-            assert!((v.thickness - 2.0).abs() < 1e-6, "{} at {}", v.thickness, v.position);
+            assert!(
+                (v.thickness - 2.0).abs() < 1e-6,
+                "{} at {}",
+                v.thickness,
+                v.position
+            );
             count += 1;
         }
     }
@@ -102,7 +144,9 @@ fn thickness_of_plane_walls_is_exact() {
 fn sequence() -> impl FnMut() -> f64 {
     let mut state = 0x9e37_79b9_7f4a_7c15u64;
     move || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
         (state >> 11) as f64 / (1u64 << 53) as f64
     }
 }
@@ -111,7 +155,14 @@ fn sequence() -> impl FnMut() -> f64 {
 fn crossings_agree_with_bisection() {
     let part = part("tee");
     let field = Field::new(&part);
-    let walls = Walls::new(&part, &field, Separation { min_angle: 15.0, keep_fins_from: None });
+    let walls = Walls::new(
+        &part,
+        &field,
+        Separation {
+            min_angle: 15.0,
+            keep_fins_from: None,
+        },
+    );
     let mut probe = Probe::new(&walls);
     let mut random = sequence();
     let (low, high) = field.bounds();
@@ -137,7 +188,11 @@ fn crossings_agree_with_bisection() {
 fn crossings_need_few_queries_at_any_cell_size() {
     for cell in [0.5, 2.0, 8.0] {
         let result = run(&part("tee"), cell);
-        assert!(result.work.queries_per_edge < 3.0, "cell {cell}: {}", result.work.queries_per_edge);
+        assert!(
+            result.work.queries_per_edge < 3.0,
+            "cell {cell}: {}",
+            result.work.queries_per_edge
+        );
     }
 }
 
@@ -152,7 +207,9 @@ fn a_plate_is_its_middle() {
         .triangles
         .iter()
         .map(|t| {
-            let [a, b, c] = t.corners.map(|v| result.surface.vertices[v as usize].position);
+            let [a, b, c] = t
+                .corners
+                .map(|v| result.surface.vertices[v as usize].position);
             0.5 * (b - a).cross(c - a).length()
         })
         .sum();

@@ -9,7 +9,10 @@ use midsurf::post::listing::listing;
 use crate::common::fixture_part;
 
 fn listed(part: &Part, cell: f64) -> String {
-    let settings = Settings { cell: Cell::Length(cell), ..Settings::default() };
+    let settings = Settings {
+        cell: Cell::Length(cell),
+        ..Settings::default()
+    };
     let result = extract(part, &settings, &|_, _, _| ()).unwrap();
     assert!(result.cracks.is_empty());
     listing(&result.surface, &result.graph)
@@ -17,7 +20,10 @@ fn listed(part: &Part, cell: f64) -> String {
 
 fn fixture_listed(name: &str, cell: f64) -> String {
     let (mesh, coping) = fixture_part(name);
-    listed(&Part::new(mesh, coping, PartOptions::default()).unwrap().0, cell)
+    listed(
+        &Part::new(mesh, coping, PartOptions::default()).unwrap().0,
+        cell,
+    )
 }
 
 #[test]
@@ -66,7 +72,10 @@ fn cylinder_with_rib() -> Part {
     };
     // Counter-clockwise: outside from the right to the rib, round it, on to the left, back inside.
     let foot = (outer * outer - half * half as f64).sqrt();
-    let mut section: Vec<(f64, f64)> = (0..=STEPS).map(|k| round(outer, k)).filter(|p| p.0 > half).collect();
+    let mut section: Vec<(f64, f64)> = (0..=STEPS)
+        .map(|k| round(outer, k))
+        .filter(|p| p.0 > half)
+        .collect();
     section.extend([(half, foot), (half, top), (-half, top), (-half, foot)]);
     section.extend((0..=STEPS).map(|k| round(outer, k)).filter(|p| p.0 < -half));
     section.extend((0..=STEPS).rev().map(|k| round(inner, k)));
@@ -88,18 +97,28 @@ fn cylinder_with_rib() -> Part {
     obj.push_str(&cap(n, false));
     for k in 0..n {
         let l = (k + 1) % n;
-        obj.push_str(&format!("f {} {} {} {}\n", k + 1, l + 1, n + l + 1, n + k + 1));
+        obj.push_str(&format!(
+            "f {} {} {} {}\n",
+            k + 1,
+            l + 1,
+            n + l + 1,
+            n + k + 1
+        ));
     }
     let loaded = read_mesh_bytes(obj.as_bytes(), MeshFormat::Obj, "rib.obj".as_ref()).unwrap();
     // Coping: the caps, the two ends of the arc, the top of the rib.
     let is_coping = |facet: u32| {
-        let Some(k) = (facet as usize).checked_sub(2) else { return true };
+        let Some(k) = (facet as usize).checked_sub(2) else {
+            return true;
+        };
         let (p, q) = (section[k], section[(k + 1) % n]);
         let end = p.1.abs() < 1e-9 && q.1.abs() < 1e-9;
         end || (p.1 == top && q.1 == top)
     };
     let coping = loaded.source.iter().map(|&f| is_coping(f)).collect();
-    Part::new(loaded.mesh, coping, PartOptions::default()).unwrap().0
+    Part::new(loaded.mesh, coping, PartOptions::default())
+        .unwrap()
+        .0
 }
 
 #[test]
@@ -111,14 +130,24 @@ fn cylinder_shell_with_a_rib() {
 fn fins_are_kept_on_demand() {
     let (mesh, coping) = fixture_part("ell");
     let part = Part::new(mesh, coping, PartOptions::default()).unwrap().0;
-    let settings = Settings { cell: Cell::Length(2.0), keep_fins: true, ..Settings::default() };
+    let settings = Settings {
+        cell: Cell::Length(2.0),
+        keep_fins: true,
+        ..Settings::default()
+    };
     let result = extract(&part, &settings, &|_, _, _| ()).unwrap();
-    assert_eq!((result.surface.sheet_count, result.surface.seams.len()), (3, 1));
+    assert_eq!(
+        (result.surface.sheet_count, result.surface.seams.len()),
+        (3, 1)
+    );
     // The branch point of an L lies at 2 - sqrt 2 of the thickness from both outer walls.
     let place = (2.0 - 2f64.sqrt()) * 2.0;
     let seam = &result.surface.seams[0].path;
     for &v in seam {
         let p = result.surface.vertices[v as usize].position - part.bounds().min;
-        assert!((p.x - place).abs() < 1e-9 && (p.y - place).abs() < 1e-9, "{p}");
+        assert!(
+            (p.x - place).abs() < 1e-9 && (p.y - place).abs() < 1e-9,
+            "{p}"
+        );
     }
 }
