@@ -30,6 +30,9 @@ pub struct RawMesh {
     pub lines: FxHashMap<(u32, u32), Line>,
 }
 
+/// An edge and the triangles at it.
+pub type EdgeTriangles = ((u32, u32), SmallVec<[u32; 3]>);
+
 /// An edge by its vertices, low first.
 pub fn edge(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
@@ -61,7 +64,7 @@ impl RawMesh {
     }
 
     /// Triangles at each edge, edges in ascending order.
-    pub fn edge_triangles(&self) -> Vec<((u32, u32), SmallVec<[u32; 3]>)> {
+    pub fn edge_triangles(&self) -> Vec<EdgeTriangles> {
         let mut all: Vec<((u32, u32), u32)> = Vec::with_capacity(3 * self.triangles.len());
         for (t, c) in self.triangles.iter().enumerate() {
             for k in 0..3 {
@@ -69,7 +72,7 @@ impl RawMesh {
             }
         }
         all.sort_unstable();
-        let mut out: Vec<((u32, u32), SmallVec<[u32; 3]>)> = Vec::new();
+        let mut out: Vec<EdgeTriangles> = Vec::new();
         for (e, t) in all {
             match out.last_mut() {
                 Some(last) if last.0 == e => last.1.push(t),

@@ -71,8 +71,8 @@ impl Patches {
             let mut open = vec![seed];
             patches.of[seed.index()] = Some(number);
             while let Some(face) = open.pop() {
-                for k in 0..3 {
-                    let next = neighbours[face.index()][k].filter(|&n| {
+                for (k, next) in neighbours[face.index()].into_iter().enumerate() {
+                    let next = next.filter(|&n| {
                         field.is_coping(n)
                             && field.normal(n).dot(normal) > 0.0
                             && field.normal(n).cross(normal).length() < FLAT

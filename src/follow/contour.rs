@@ -204,6 +204,10 @@ struct Follower<'p, 'a, 'r> {
 }
 
 /// Outcome of one trial step.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one at a time, on the stack; a box would allocate a contour"
+)]
 enum Step {
     Stop(Stop),
     Moved,

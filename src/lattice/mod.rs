@@ -242,7 +242,8 @@ impl Lattice {
     pub fn covering(low: DVec3, high: DVec3, cell: f64) -> Option<Lattice> {
         const SHIFT: DVec3 = DVec3::new(0.381_966_011, 0.745_213_729, 0.173_648_178);
         let cells = (high - low) / cell;
-        if !(cells.max_element() + 4.0 < MAX_CELLS_PER_AXIS as f64) {
+        let most = cells.max_element() + 4.0;
+        if most.is_nan() || most >= MAX_CELLS_PER_AXIS as f64 {
             return None;
         }
         Some(Lattice {

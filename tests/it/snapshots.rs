@@ -71,7 +71,7 @@ fn cylinder_with_rib() -> Part {
         (r * a.cos(), r * a.sin())
     };
     // Counter-clockwise: outside from the right to the rib, round it, on to the left, back inside.
-    let foot = (outer * outer - half * half as f64).sqrt();
+    let foot = (outer * outer - half * half).sqrt();
     let mut section: Vec<(f64, f64)> = (0..=STEPS)
         .map(|k| round(outer, k))
         .filter(|p| p.0 > half)
