@@ -440,6 +440,37 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             && self.probe.field().signed_clearance(y) < -self.tie
     }
 
+    /// A branch point among facets of a curved wall, exact: within a tie the
+    /// facet beside the right one would do. Gives the point for the facets that
+    /// are nearest on their walls, if others than those given.
+    fn polish(&self, at: DVec3, triple: [FaceId; 3]) -> Option<(DVec3, f64)> {
+        let walls = self.probe.walls();
+        let mut exact = at;
+        let mut triple = triple;
+        let mut changed = false;
+        for _ in 0..8 {
+            let settled = triple.map(|w| walls.settle(exact, w, CREASE_ANGLE));
+            if settled == triple {
+                break;
+            }
+            let conditions = [
+                Condition::Tie(settled[0], settled[1]),
+                Condition::Tie(settled[0], settled[2]),
+                self.region.plane(),
+            ];
+            exact = solve(
+                walls.field(),
+                conditions,
+                exact,
+                64.0 * self.tie,
+                self.tolerance,
+            )?;
+            triple = settled;
+            changed = true;
+        }
+        changed.then(|| (exact, distance_to(walls.field(), exact, triple[0]).0))
+    }
+
     /// Whether no wall is nearer to `y` than those of the pair.
     fn nearest_there(&mut self, y: DVec3, pair: Pair) -> bool {
         let d = distance_to(self.probe.field(), y, pair.left).0;
@@ -625,6 +656,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let Some((at, distance)) = at else {
             return Step::Shorten;
         };
+        let (at, distance) = self
+            .polish(at, [pair.left, pair.right, third])
+            .unwrap_or((at, distance));
         let (t, _) = heading(self.probe, self.x, self.region.normal, self.pair);
         let ahead = (at - self.x).dot(t);
         if ahead < -4.0 * self.tie || self.region.excess(at) > 1e-9 * self.size {
