@@ -308,6 +308,12 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
             let exit = self.barrier(y, pair);
             if let Some((at, _)) = exit {
+                // Coping that the chord grazes and the contour does not meet
+                // ahead: a shorter chord keeps clear of it.
+                let ahead = (at - self.x).dot(t);
+                if ahead < -self.tie || self.region.excess(at) > 1e-9 * self.size {
+                    return Step::Shorten;
+                }
                 y = at;
             }
             let (d, _) = distance_to(self.probe.field(), y, pair.left);
