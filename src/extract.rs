@@ -112,6 +112,9 @@ pub struct Work {
     /// Places where a follower could not go on; they show as cracks unless
     /// they closed otherwise.
     pub lost: usize,
+    /// Loops closed by matching what was left open, where a curve was lost or
+    /// a sheet stops being one on the way.
+    pub matched: usize,
     /// Building the field.
     pub field_seconds: f64,
     /// Following the mid-surface.

@@ -331,6 +331,7 @@ impl<'a> Tracer<'a> {
             queries_per_edge: self.found.edge_queries as f64
                 / self.found.edges_solved.max(1) as f64,
             lost,
+            matched: self.found.tets.values().map(|t| t.matched as usize).sum(),
             ..Work::default()
         }
     }
@@ -425,6 +426,7 @@ impl<'a> Tracer<'a> {
             }
         }
         mesh.drop_pillows();
+        mesh.drop_stray_lines();
         mesh
     }
 

@@ -63,6 +63,16 @@ impl RawMesh {
         });
     }
 
+    /// Drops marks from edges inside a sheet: where a loop was closed by
+    /// matching, the neighbour may have gone on beyond its border.
+    pub fn drop_stray_lines(&mut self) {
+        for (edge, triangles) in self.edge_triangles() {
+            if triangles.len() == 2 {
+                self.lines.remove(&edge);
+            }
+        }
+    }
+
     /// Triangles at each edge, edges in ascending order.
     pub fn edge_triangles(&self) -> Vec<EdgeTriangles> {
         let mut all: Vec<((u32, u32), u32)> = Vec::with_capacity(3 * self.triangles.len());

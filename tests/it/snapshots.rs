@@ -65,7 +65,7 @@ fn web_that_ends_inside_a_panel() {
 /// extrusion whose end caps are polygons of the file.
 fn cylinder_with_rib() -> Part {
     const STEPS: usize = 36;
-    let (inner, outer, top, half) = (19.0, 21.0, 29.0, 1.0);
+    let (inner, outer, top, half): (f64, f64, f64, f64) = (19.0, 21.0, 29.0, 1.0);
     let round = |r: f64, k: usize| {
         let a = std::f64::consts::PI * k as f64 / STEPS as f64;
         (r * a.cos(), r * a.sin())
