@@ -1,4 +1,26 @@
-//! Mid-surface of a thin-wall part.
+//! Mid-surface of a thin-wall part, as one connected non-manifold triangle
+//! mesh with thickness (after Bloomenthal, "Triangulation of Implicitly
+//! Defined Mid-Surfaces").
+//!
+//! [`extract::extract`] turns a [`mesh::Part`] into an
+//! [`extract::Extraction`]; its source is the table of contents. Data flows one
+//! way through the rooms:
+//!
+//! ```text
+//! io, tags -> mesh -> field -> lattice -> vertices -> follow -> assembly -> post -> io
+//!                                └────────── trace ──────────┘
+//! ```
+//!
+//! * [`io`] and [`tags`] read and write files; nothing else touches any.
+//! * [`mesh`]: the checked part, and the result.
+//! * [`field`]: nearest wall, insidedness, segment hits, and what is one wall.
+//!   No later room reads triangles.
+//! * [`lattice`]: integer names of cells, tetrahedra, faces and edges.
+//! * [`vertices`]: crossings of one lattice edge.
+//! * [`follow`]: contours in a face, seams and borders through a tetrahedron.
+//! * [`assembly`]: loops and triangles of a tetrahedron, and the raw mesh.
+//! * [`trace`]: walks the lattice where the mid-surface leads, in parallel.
+//! * [`post`]: clean-up, then sheets, seams, borders and what to say of them.
 
 // A library neither prints nor gives up.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -15,3 +37,7 @@ pub mod post;
 pub mod tags;
 pub mod trace;
 pub mod vertices;
+
+pub use extract::{Cell, ExtractError, Extraction, Settings, extract};
+pub use mesh::midsurface::MidSurface;
+pub use mesh::{Part, PartOptions};
