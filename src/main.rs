@@ -6,6 +6,11 @@
 
 mod cli;
 
+/// Many small lists are made and dropped by all threads; measured, this
+/// allocator takes a tenth off the time of an extraction.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() -> std::process::ExitCode {
     cli::run()
 }

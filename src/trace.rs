@@ -60,7 +60,7 @@ impl<'a> Tracer<'a> {
     ) -> Vec<R> {
         let this = &*self;
         let chunks: Vec<(Vec<R>, u64)> = keys
-            .par_chunks(64)
+            .par_chunks(16)
             .map(|chunk| {
                 let mut probe = Probe::new(this.walls);
                 let out = chunk.iter().map(|&k| solve(this, &mut probe, k)).collect();
