@@ -63,7 +63,7 @@ pub const DEFAULT_ANGLE: f64 = 15.0;
 const KEPT_FIN_ANGLE: f64 = 40.0;
 
 /// Bytes that an active cell takes at the peak, measured; for the memory bound.
-const BYTES_PER_CELL: f64 = 6000.0;
+const BYTES_PER_CELL: f64 = 7000.0;
 
 /// Why nothing could be extracted.
 #[derive(Debug, Error)]
