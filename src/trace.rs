@@ -336,11 +336,6 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// What was found.
-    pub fn found(&self) -> &Found {
-        &self.found
-    }
-
     fn vertex(&self, key: VertexKey) -> RawVertex {
         match key {
             VertexKey::Edge(e, i) => {
@@ -428,32 +423,5 @@ impl<'a> Tracer<'a> {
         mesh.drop_pillows();
         mesh.drop_stray_lines();
         mesh
-    }
-
-    /// Places where something is missing.
-    pub fn failures(&self) -> (Vec<DVec3>, Vec<DVec3>) {
-        let mut faces: Vec<_> = self
-            .found
-            .faces
-            .iter()
-            .filter(|f| !f.1.lost.is_empty())
-            .collect();
-        faces.sort_by_key(|f| *f.0);
-        let mut tets: Vec<_> = self
-            .found
-            .tets
-            .iter()
-            .filter(|t| !t.1.open.is_empty())
-            .collect();
-        tets.sort_by_key(|t| *t.0);
-        (
-            faces
-                .into_iter()
-                .flat_map(|f| f.1.lost.iter().copied())
-                .collect(),
-            tets.into_iter()
-                .flat_map(|t| t.1.open.iter().copied())
-                .collect(),
-        )
     }
 }

@@ -197,11 +197,6 @@ impl<'a> Walls<'a> {
         self.tolerances
     }
 
-    /// The triangle across edge `k` (from corner `k` to `k + 1`).
-    pub fn neighbour(&self, face: FaceId, k: usize) -> Option<FaceId> {
-        self.neighbours[face.index()][k]
-    }
-
     /// The triangle across edge `k` beside `at`, hopping over triangles without
     /// area that fill the gap where a long edge meets several short ones.
     pub fn neighbour_beside(&self, face: FaceId, k: usize, at: DVec3) -> Option<FaceId> {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 use super::fan::{Fan, fan, one_place};
-use super::solve::{Condition, distance_to, solve};
+use super::solve::{Condition, distance_to, on_coping, solve};
 use super::{Pair, Probe};
 use crate::mesh::FaceId;
 
@@ -531,26 +531,16 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     }
 
     /// The point of the contour on the coping, starting from a guess.
-    fn settle(&mut self, near: DVec3, coping: FaceId, pair: Pair) -> Option<(DVec3, FaceId)> {
-        let field = self.probe.field();
-        let mut coping = coping;
-        let mut at = near;
-        for _ in 0..8 {
-            let normal = field.normal(coping);
-            let third = Condition::plane(normal, field.corners(coping)[0]);
-            at = self.correct(at, third, pair, self.size)?;
-            let slip = field.footpoint_on(at, coping).distance;
-            if slip <= 1e-11 * self.size + self.tolerance {
-                return Some((at, coping));
-            }
-            // Beyond the triangle's edge: the neighbour that is nearer, if it is coping too.
-            let next = field.nearest_coping(at, 2.0 * slip)?;
-            if next.face == coping || next.distance >= slip {
-                return Some((at, coping));
-            }
-            coping = next.face;
-        }
-        Some((at, coping))
+    fn settle(&self, near: DVec3, coping: FaceId, pair: Pair) -> Option<(DVec3, FaceId)> {
+        let conditions = [self.tie_condition(pair), self.region.plane()];
+        on_coping(
+            self.probe.field(),
+            conditions,
+            near,
+            coping,
+            self.size,
+            self.tolerance,
+        )
     }
 
     /// The pair with `nearer` in the place of a facet of the same smooth wall.

@@ -13,7 +13,7 @@ use smallvec::SmallVec;
 use super::Probe;
 use super::contour::CREASE_ANGLE;
 use super::fan::one_place;
-use super::solve::{Condition, distance_to, solve};
+use super::solve::{Condition, distance_to, on_coping, solve};
 use crate::mesh::FaceId;
 
 /// A tetrahedron: where a curve may run.
@@ -209,7 +209,8 @@ pub fn follow(
         if cage.may_leave_part {
             let skip = if first { 1e-7 * size + 2.0 * tie } else { 0.0 };
             if let Some((hit, coping)) = probe.coping_hit(x, y, skip) {
-                let Some((at, coping)) = settle(probe, ties, hit, coping, 0.5 * size, tolerance)
+                let Some((at, coping)) =
+                    on_coping(probe.field(), ties, hit, coping, 0.5 * size, tolerance)
                 else {
                     length = stride * 0.4;
                     continue;
@@ -461,30 +462,4 @@ fn junction(
         other = foot.face;
     }
     None
-}
-
-/// The point of the curve on the coping, starting from a guess.
-fn settle(
-    probe: &Probe,
-    ties: [Condition; 2],
-    near: DVec3,
-    coping: FaceId,
-    reach: f64,
-    tolerance: f64,
-) -> Option<(DVec3, FaceId)> {
-    let field = probe.field();
-    let (mut at, mut coping) = (near, coping);
-    for _ in 0..8 {
-        let third = Condition::plane(field.normal(coping), field.corners(coping)[0]);
-        at = solve(field, [ties[0], ties[1], third], at, reach, tolerance)?;
-        let slip = field.footpoint_on(at, coping).distance;
-        if slip <= 1e-11 * reach + tolerance {
-            break;
-        }
-        match field.nearest_coping(at, 2.0 * slip) {
-            Some(next) if next.face != coping && next.distance < slip => coping = next.face,
-            _ => break,
-        }
-    }
-    Some((at, coping))
 }

@@ -80,6 +80,40 @@ pub fn solve(
     None
 }
 
+/// The point of a contour or curve (two conditions) on the coping, starting
+/// from a guess near triangle `coping`, with the triangle that it lies on;
+/// `None` as for [`solve`].
+pub fn on_coping(
+    field: &Field,
+    conditions: [Condition; 2],
+    near: DVec3,
+    coping: FaceId,
+    reach: f64,
+    tolerance: f64,
+) -> Option<(DVec3, FaceId)> {
+    let (mut at, mut coping) = (near, coping);
+    for _ in 0..8 {
+        let third = Condition::plane(field.normal(coping), field.corners(coping)[0]);
+        at = solve(
+            field,
+            [conditions[0], conditions[1], third],
+            at,
+            reach,
+            tolerance,
+        )?;
+        let slip = field.footpoint_on(at, coping).distance;
+        if slip <= 1e-11 * reach + tolerance {
+            break;
+        }
+        // Beyond the triangle's edge: the neighbour that is nearer, if it is coping too.
+        match field.nearest_coping(at, 2.0 * slip) {
+            Some(next) if next.face != coping && next.distance < slip => coping = next.face,
+            _ => break,
+        }
+    }
+    Some((at, coping))
+}
+
 /// Where walls `a` and `b` are equally far on the segment `from..to`, `a`
 /// being the nearer one at `from` and `b` at `to`: safeguarded Newton on the
 /// difference of distances. Returns the parameter in 0..=1.
