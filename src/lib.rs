@@ -27,12 +27,14 @@
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 
 pub mod assembly;
+pub mod dual_contour;
 pub mod extract;
 pub mod field;
 pub mod follow;
 pub mod io;
 pub mod lattice;
 pub mod mesh;
+pub mod offset;
 pub mod post;
 pub mod tags;
 pub mod trace;

@@ -28,6 +28,7 @@
 pub mod thickness;
 pub mod walls;
 
+mod along;
 mod block;
 mod hits;
 mod nearest;
@@ -163,6 +164,19 @@ impl Field {
         }
     }
 
+    /// The same with insidedness by winding number even if the part is a
+    /// closed manifold: for one that cuts through itself, where the normal at
+    /// the closest point says nothing about the side.
+    pub fn by_winding(mut self) -> Field {
+        let in_trees = self.face_count() - self.degenerate;
+        self.sign = Sign::winding(
+            &self.triangles[..in_trees],
+            [&self.wall_tree, &self.coping_tree],
+            self.frame,
+        );
+        self
+    }
+
     /// The nearest point on the wall triangles.
     ///
     /// Without any wall triangle: face 0, a point that is not a number, at an
@@ -181,6 +195,57 @@ impl Field {
             best.offer(&self.triangles, slot, p);
         }
         self.finish_wall(p, self.search(&self.wall_tree, p, best))
+    }
+
+    /// The same as [`footpoint_near`](Field::footpoint_near), and whether `p`
+    /// lies inside, told by the wall triangles alone. For parts without coping.
+    ///
+    /// With winding numbers the side costs another search; it is left out, and
+    /// `outside` answered, for points nearer to the surface than `sided_from`.
+    pub fn sided_footpoint_near(
+        &self,
+        p: DVec3,
+        hint: FaceId,
+        sided_from: f64,
+    ) -> (Footpoint, bool) {
+        let mut best = Best::none();
+        if let Some(slot) = self.wall_slot(hint) {
+            best.offer(&self.triangles, slot, p);
+        }
+        let best = self.search(&self.wall_tree, p, best);
+        let inside = match (&self.sign, best.found) {
+            (Sign::Pseudonormals(normals), Some((slot, closest))) => {
+                normals.inside(&self.triangles, slot, &closest)
+            }
+            (Sign::Winding(_), Some(_)) => best.distance >= sided_from && self.inside(p),
+            (_, None) => false,
+        };
+        (self.finish_wall(p, best), inside)
+    }
+
+    /// The fraction of the way from `from` to `to` at which the distance to
+    /// one face grows to `distance`; none unless it is at most that at the
+    /// start and more at the end.
+    pub fn leaves(&self, face: FaceId, from: DVec3, to: DVec3, distance: f64) -> Option<f64> {
+        let slot = *self.slots.get(face.index())?;
+        self.triangles[slot as usize].leaves(from, to, distance)
+    }
+
+    /// The wall faces that hold the point of `face` closest to `p`: itself,
+    /// its neighbour across an edge, all around a vertex. Itself alone if the
+    /// part is no closed manifold.
+    pub fn sharing(&self, p: DVec3, face: FaceId, out: &mut Vec<FaceId>) {
+        out.clear();
+        out.push(face);
+        let (Sign::Pseudonormals(normals), Some(slot)) = (&self.sign, self.wall_slot(face)) else {
+            return;
+        };
+        let feature = self.triangles[slot].closest(p).feature;
+        normals.around(slot, feature, |other| {
+            if other != slot {
+                out.push(self.triangles[other].face);
+            }
+        });
     }
 
     /// The closest point of one triangle, of any kind.

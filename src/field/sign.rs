@@ -39,10 +39,15 @@ impl Sign {
         let sound = !triangles.iter().any(Triangle::is_thin);
         match sound.then(|| Topology::new(triangles, indices)).flatten() {
             Some(topology) => Sign::Pseudonormals(Pseudonormals::new(triangles, topology)),
-            None => Sign::Winding(Winding {
-                dipoles: trees.map(|tree| dipoles(tree, triangles, frame)),
-            }),
+            None => Sign::winding(triangles, trees, frame),
         }
+    }
+
+    /// Winding numbers, whatever the triangles are.
+    pub fn winding(triangles: &[Triangle], trees: [&Tree; 2], frame: Frame) -> Sign {
+        Sign::Winding(Winding {
+            dipoles: trees.map(|tree| dipoles(tree, triangles, frame)),
+        })
     }
 }
 
@@ -68,6 +73,21 @@ impl Pseudonormals {
         Pseudonormals {
             topology,
             vertex_normals,
+        }
+    }
+
+    /// Visits the slots of all triangles that hold a feature of one.
+    pub fn around(&self, slot: usize, feature: Feature, mut visit: impl FnMut(usize)) {
+        match feature {
+            Feature::Face => visit(slot),
+            Feature::Edge(edge) => {
+                visit(slot);
+                visit(self.topology.neighbours[slot][usize::from(edge)].slot as usize);
+            }
+            Feature::Corner(corner) => self
+                .topology
+                .fan(slot as u32, corner)
+                .for_each(|(slot, _)| visit(slot as usize)),
         }
     }
 

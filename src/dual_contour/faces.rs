@@ -1,0 +1,245 @@
+//! Vertices on cell faces: the error-driven half-way points.
+//!
+//! The edge between the vertices of two neighbouring cells is a chord of the
+//! surface. Where it strays by more than the tolerance, it gets a third vertex
+//! where the surface crosses the cells' common face. That is the face vertex
+//! of the hybrid of primal and dual contouring (Ju and Udeshi, 2006), which
+//! the paper does without: every cell is cut into pyramids over its faces, so a
+//! vertex anywhere inside the face keeps the triangles apart from all others.
+//! It answers the paper's first limitation (triangles stray between samples),
+//! and on a crease, where it is put on the crease, the third.
+//!
+//! Where a cell has several loops, or a face is ambiguous, the vertex is not a
+//! matter of error: it parts the sheets. It then stands in the middle between
+//! the two crossings of its trace, so that the hulls of different loops of a
+//! cell do not meet.
+
+use glam::{DVec3, IVec3};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::band::{block_of, local};
+use super::cells::{CellBlock, CellRef, Cells, corner_step, owner};
+use super::edges::{EdgeBlock, Edges, Hermite, node_of};
+use super::grid::Grid;
+use super::implicit::Implicit;
+use super::pattern::{face_edges, trace_of};
+use super::vertex::{CellVertex, Finder};
+
+/// A chord is asked about where the normals at its ends let it stray by more
+/// than this fraction of the tolerance.
+const ASKED_FROM: f64 = 0.4;
+
+/// Vertices on the lower faces of the cells of a block.
+struct FaceBlock {
+    key: IVec3,
+    /// `(6 cell + 2 axis + trace, number within the block)`, sorted.
+    codes: Vec<u16>,
+    positions: Vec<DVec3>,
+    start: u32,
+}
+
+/// All vertices on faces.
+pub(super) struct Faces {
+    blocks: Vec<FaceBlock>,
+    pub queries: u64,
+    places: FxHashMap<IVec3, u32>,
+}
+
+/// How far a chord may stray, from the normals at its ends: a quarter more
+/// than an arc between them would.
+pub(super) fn stray(a: &CellVertex, b: &CellVertex) -> f64 {
+    if a.sharp || b.sharp {
+        return f64::INFINITY;
+    }
+    let turn = (a.normal - b.normal).length();
+    0.16 * f64::from(turn) * a.position.distance(b.position)
+}
+
+impl Faces {
+    /// Places a vertex on every face whose chord strays by more than
+    /// `tolerance`, and where sheets have to be parted. Numbers start at
+    /// `start`.
+    pub fn place(
+        solid: &impl Implicit,
+        grid: &Grid,
+        edges: &Edges,
+        cells: &Cells,
+        tolerance: f64,
+        mut start: u32,
+    ) -> Faces {
+        let placed: Vec<(FaceBlock, u64)> = cells
+            .blocks
+            .par_iter()
+            .map(|block| {
+                let mut work = Work {
+                    solid,
+                    grid,
+                    cells,
+                    block,
+                    edges: std::array::from_fn(|corner| {
+                        edges.block(block.key + corner_step(corner))
+                    }),
+                    tolerance,
+                    queries: 0,
+                };
+                let placed = work.run();
+                (placed, work.queries)
+            })
+            .collect();
+        let mut queries = 0;
+        let mut blocks = Vec::new();
+        for (mut block, asked) in placed {
+            queries += asked;
+            if !block.codes.is_empty() {
+                block.start = start;
+                start += block.positions.len() as u32;
+                blocks.push(block);
+            }
+        }
+        let places = (0..).zip(&blocks).map(|(i, b)| (b.key, i)).collect();
+        Faces {
+            blocks,
+            queries,
+            places,
+        }
+    }
+
+    /// The vertex of a trace on the lower face of a cell across `axis`.
+    pub fn vertex(&self, cell: IVec3, axis: usize, trace: usize) -> Option<u32> {
+        let block = &self.blocks[*self.places.get(&block_of(cell))? as usize];
+        let code = code(local(cell), axis, trace);
+        let i = block.codes.binary_search(&code).ok()?;
+        Some(block.start + i as u32)
+    }
+
+    /// Positions in the order of the numbers.
+    pub fn positions(&self) -> impl Iterator<Item = DVec3> + '_ {
+        self.blocks.iter().flat_map(|b| b.positions.iter().copied())
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.blocks.iter().map(|b| b.positions.len()).sum()
+    }
+}
+
+fn code(cell: usize, axis: usize, trace: usize) -> u16 {
+    (6 * cell + 2 * axis + trace) as u16
+}
+
+struct Work<'a, I> {
+    solid: &'a I,
+    grid: &'a Grid,
+    cells: &'a Cells,
+    block: &'a CellBlock,
+    edges: [Option<&'a EdgeBlock>; 8],
+    tolerance: f64,
+    queries: u64,
+}
+
+impl<I: Implicit> Work<'_, I> {
+    fn run(&mut self) -> FaceBlock {
+        let mut out = FaceBlock {
+            key: self.block.key,
+            codes: Vec::new(),
+            positions: Vec::new(),
+            start: 0,
+        };
+        let block = self.block;
+        // Blocks below, across each axis.
+        let below: [Option<&CellBlock>; 3] =
+            std::array::from_fn(|axis| self.cells.block(block.key - IVec3::AXES[axis]));
+        for at in block.active.ones() {
+            let place = node_of(block.key, at);
+            let Some(cell) = block.cell(at) else {
+                continue;
+            };
+            for axis in 0..3 {
+                let next = place - IVec3::AXES[axis];
+                let there = if block_of(next) == block.key {
+                    Some(block)
+                } else {
+                    below[axis]
+                };
+                let Some(other) = there.and_then(|b| b.cell(local(next))) else {
+                    continue;
+                };
+                for trace in 0..2 {
+                    if let Some(found) = self.trace(place, cell, other, axis, trace) {
+                        out.codes.push(code(at, axis, trace));
+                        out.positions.push(found);
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// The vertex of one trace on the lower face of a cell, if it needs one.
+    fn trace(
+        &mut self,
+        place: IVec3,
+        cell: CellRef,
+        other: CellRef,
+        axis: usize,
+        trace: usize,
+    ) -> Option<DVec3> {
+        let face = 2 * axis;
+        let ambiguous = cell.pattern.is_ambiguous(face);
+        if trace == 1 && !ambiguous {
+            return None;
+        }
+        let corners = usize::from(cell.corners);
+        let mut ends = (0..4).filter(|&i| {
+            let edge = face_edges(face)[i];
+            cell.pattern.loop_of[edge] != u8::MAX
+                && (!ambiguous || trace_of(corners, face, edge) == trace)
+        });
+        let (i, j) = (ends.next()?, ends.next()?);
+        let edge = face_edges(face)[i];
+        if ambiguous || cell.pattern.loops > 1 || other.pattern.loops > 1 {
+            let [a, b] = [i, j].map(|i| self.hermite(place, face_edges(face)[i]));
+            let middle = 0.5 * (a?.point + b?.point);
+            let cell = self.grid.cell_box(place);
+            return Some(self.grid.settle_on_face(middle, &cell, axis));
+        }
+        let (_, a) = cell.vertex(edge);
+        let (_, b) = other.vertex(face_edges(face + 1)[i]);
+        if stray(a, b) < ASKED_FROM * self.tolerance {
+            return None;
+        }
+        let crossings = [
+            self.hermite(place, edge)?,
+            self.hermite(place, face_edges(face)[j])?,
+        ];
+        let mut finder = Finder {
+            solid: self.solid,
+            grid: self.grid,
+            cell: self.grid.cell_box(place),
+            crossings: &crossings,
+            flat: None,
+            queries: 0,
+        };
+        let (middle, _) = finder.sample(
+            0.5 * (a.position + b.position),
+            crossings[0].element,
+        );
+        let found = (middle.value.abs() > self.tolerance).then(|| {
+            let plane = finder.cell.low[axis];
+            let way = (plane - b.position[axis]) / (a.position[axis] - b.position[axis]);
+            let mut start = b.position.lerp(a.position, way);
+            start[axis] = plane;
+            finder.on_face(axis, start)
+        });
+        self.queries += finder.queries;
+        found
+            .filter(|found| found.value.abs() < 0.5 * middle.value.abs())
+            .map(|found| found.position)
+    }
+
+    fn hermite(&self, cell: IVec3, edge: usize) -> Option<Hermite> {
+        let (block, at) = owner(&self.edges, self.block.key, cell, edge);
+        Some(block?.hermite(self.solid, self.grid, edge / 4, at))
+    }
+}

@@ -1,0 +1,54 @@
+//! What is contoured: a solid given by a function.
+
+use glam::DVec3;
+
+use crate::mesh::Bounds;
+
+/// What the function is at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Negative inside the solid, part units.
+    pub value: f64,
+    /// Unit direction in which `value` grows fastest; outward at the surface.
+    pub gradient: DVec3,
+    /// A bound that needs no side: `value` is at least this far from zero. The
+    /// bounding box filter of the offset works with it.
+    pub unsigned: f64,
+    /// The element that decided the value.
+    pub element: u32,
+}
+
+/// A solid as the zero set of a function that changes by at most the distance
+/// walked, and that is, near its surface, everywhere that of the nearest of a
+/// number of *elements* (the triangles of a part, say).
+///
+/// Answers depend on the arguments alone, whatever the hint.
+pub trait Implicit: Sync {
+    /// The function at `p`; `hint` is an element likely near the answer.
+    fn sample(&self, p: DVec3, hint: u32) -> Sample;
+
+    /// The function of one element alone: value and unit gradient.
+    ///
+    /// Smooth where [`sample`](Implicit::sample) has a crease.
+    fn element(&self, p: DVec3, element: u32) -> (f64, DVec3);
+
+    /// Where the surface crosses the segment between two samples of opposite
+    /// sides. `samples[0]` is at `ends[0]`.
+    fn crossing(&self, ends: [DVec3; 2], samples: [Sample; 2]) -> Crossing;
+
+    /// A box around the surface.
+    fn bounds(&self) -> Bounds;
+}
+
+/// Where the surface crosses a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Fraction of the way.
+    pub t: f64,
+    /// Element that decides there.
+    pub element: u32,
+    /// Halvings of the segment that it took; see Table V of the paper.
+    pub splits: u8,
+    /// Closest-point queries that it took.
+    pub queries: u32,
+}

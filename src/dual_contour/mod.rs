@@ -1,0 +1,166 @@
+//! Intersection-free dual contouring of a solid given by a function.
+//!
+//! After Liu and Wang, "Fast Intersection-free Offset Surface Generation from
+//! Freeform Models with Triangular Meshes", sections IV to VI. Stage by stage:
+//!
+//! ```text
+//! implicit, grid -> band -> edges -> cells -> faces -> polygon -> mesh
+//! ```
+//!
+//! * [`Implicit`]: the solid; what the offset and the thickening bring along.
+//! * [`Grid`]: planes, cells between them, and the numbers vertices may have.
+//! * `band`: nodes near the surface, by the filters.
+//! * `edges`: crossings of grid edges, with normals.
+//! * `pattern`: how the surface passes through a cell.
+//! * `cells`: a vertex for each loop of each cell (`vertex`, `qef`).
+//! * `faces`: further vertices where chords stray.
+//! * `polygon`: triangles around each crossed edge.
+//!
+//! # What is promised
+//!
+//! The mesh is closed, manifold and outward, and no two triangles meet but in
+//! common vertices and edges. That rests on where the vertices are (strictly
+//! inside their cells, faces and edges) and on exact predicates, not on how
+//! good they are. Same input, same bytes, on any number of threads.
+//!
+//! # What is not
+//!
+//! What lies between two nodes is not seen: pieces, gaps and tunnels thinner
+//! than a cell may be missing or joined.
+
+mod band;
+mod cells;
+mod edges;
+mod faces;
+mod grid;
+mod implicit;
+mod pattern;
+mod polygon;
+mod qef;
+#[cfg(test)]
+mod tests;
+mod vertex;
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::mesh::TriMesh;
+use band::Band;
+use cells::Cells;
+use edges::Edges;
+use faces::Faces;
+
+pub use band::{FilterCounts, Filters};
+pub use edges::CrossingCounts;
+pub use grid::{CellBox, Grid, Precision};
+pub use implicit::{Crossing, Implicit, Sample};
+pub use polygon::RingCounts;
+
+/// How to contour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Chords that stray from the surface by more than this, part units, are
+    /// split once. Infinite: never.
+    pub tolerance: f64,
+    /// Filters of the band.
+    pub filters: Filters,
+}
+
+/// A contour and what it took.
+#[derive(Clone, Debug)]
+pub struct Contour {
+    /// Closed, manifold, outward; empty if the surface misses every node.
+    pub mesh: TriMesh,
+    /// What it took.
+    pub work: Work,
+}
+
+/// Seconds by stage and counts of work.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Work {
+    /// Nodes each filter left.
+    pub filters: FilterCounts,
+    /// How crossings were found.
+    pub crossings: CrossingCounts,
+    /// Vertices in cells, on faces and on edges.
+    pub vertices: [usize; 3],
+    /// How rings were triangulated.
+    pub rings: RingCounts,
+    /// Closest-point queries in all.
+    pub queries: u64,
+    /// Building the band.
+    pub band_seconds: f64,
+    /// Crossings, vertices and triangles.
+    pub contour_seconds: f64,
+}
+
+/// Stages as they begin, for progress displays: stage name, done and expected.
+pub type Progress<'p> = dyn Fn(&'static str, u64, u64) + Sync + 'p;
+
+/// Contours the surface of a solid.
+pub fn contour(
+    solid: &impl Implicit,
+    grid: &Grid,
+    settings: &Settings,
+    progress: &Progress,
+) -> Contour {
+    let start = Instant::now();
+    let band = Band::build(solid, grid, settings.filters, |done, total| {
+        progress("band", done, total);
+    });
+    let filters = band.counts;
+    let band_seconds = start.elapsed().as_secs_f64();
+
+    progress("edges", 0, 0);
+    let edges = Edges::solve(solid, grid, band);
+    progress("cells", 0, 0);
+    let cells = Cells::place(solid, grid, &edges);
+    let in_cells = cells.vertex_count();
+    progress("faces", 0, 0);
+    let faces = Faces::place(
+        solid,
+        grid,
+        &edges,
+        &cells,
+        settings.tolerance,
+        in_cells as u32,
+    );
+    let on_faces = faces.vertex_count();
+    progress("mesh", 0, 0);
+    let (triangles, on_edges, rings) = polygon::triangulate(
+        solid,
+        grid,
+        &edges,
+        &cells,
+        &faces,
+        settings.tolerance,
+        (in_cells + on_faces) as u32,
+    );
+    let crossings = edges.counts;
+    let vertices = [in_cells, on_faces, on_edges.len()];
+    let queries =
+        filters.distances + crossings.queries + cells.queries + faces.queries + rings.queries;
+    drop(edges);
+    let mut positions = Vec::with_capacity(vertices.iter().sum());
+    positions.extend(cells.positions());
+    drop(cells);
+    positions.extend(faces.positions());
+    drop(faces);
+    positions.extend(on_edges);
+    Contour {
+        mesh: TriMesh {
+            positions,
+            triangles,
+        },
+        work: Work {
+            filters,
+            crossings,
+            vertices,
+            rings,
+            queries,
+            band_seconds,
+            contour_seconds: start.elapsed().as_secs_f64() - band_seconds,
+        },
+    }
+}

@@ -1,0 +1,175 @@
+//! The offset of a part as a function: signed distance less the offset.
+
+use std::cell::RefCell;
+
+use glam::DVec3;
+
+use crate::dual_contour::{Crossing, Implicit, Sample};
+use crate::field::Field;
+use crate::mesh::{Bounds, FaceId};
+
+/// Points within a distance of a part (`distance > 0`), or inside it and
+/// farther than that from its surface (`distance < 0`). Equation (1) of the
+/// paper.
+pub(super) struct OffsetSolid<'a> {
+    field: &'a Field,
+    /// Positive outwards.
+    distance: f64,
+    /// Distances that differ by less are the same: epsilon of equation (8).
+    tolerance: f64,
+}
+
+/// Splits after which a segment is halved in the middle if the closed forms
+/// did not find its crossing.
+const PATIENCE: u8 = 6;
+
+/// Splits after which the crossing is known to the last bit.
+const MOST_SPLITS: u8 = 60;
+
+/// One end of the piece of an edge that holds the crossing.
+#[derive(Clone, Copy)]
+struct End {
+    t: f64,
+    sample: Sample,
+}
+
+impl OffsetSolid<'_> {
+    pub fn new(field: &Field, distance: f64) -> OffsetSolid<'_> {
+        let (low, high) = field.bounds();
+        OffsetSolid {
+            field,
+            distance,
+            tolerance: 1e-12 * ((high - low).length() + distance.abs()),
+        }
+    }
+
+    /// Distance less offset distance, on the side of the part where the offset
+    /// surface is: negative nearer to the part.
+    fn beyond(&self, sample: &Sample) -> f64 {
+        sample.value * self.distance.signum()
+    }
+
+    /// A triangle that holds the closest points of both ends: the necessary
+    /// condition of Remark 4 for one triangle to hold those of all points
+    /// between.
+    ///
+    /// The closest point may be reported for any of the triangles that share
+    /// its edge or vertex. So all that share the first one's are tried, and one
+    /// holds the second one's if its own distance there is the least one. That
+    /// covers every combination of face, edge and vertex.
+    fn common(&self, ends: [(DVec3, u32); 2]) -> Option<u32> {
+        thread_local! {
+            static SHARING: RefCell<Vec<FaceId>> = const { RefCell::new(Vec::new()) };
+        }
+        let [(p, first), (q, second)] = ends;
+        if first == second {
+            return Some(first);
+        }
+        let least = self.field.footpoint_on(q, FaceId(second)).distance;
+        SHARING.with_borrow_mut(|sharing| {
+            self.field.sharing(p, FaceId(first), sharing);
+            sharing
+                .iter()
+                .find(|&&face| {
+                    self.field.footpoint_on(q, face).distance - least <= self.tolerance
+                })
+                .map(|face| face.0)
+        })
+    }
+}
+
+impl Implicit for OffsetSolid<'_> {
+    fn sample(&self, p: DVec3, hint: u32) -> Sample {
+        let reach = self.distance.abs();
+        let (foot, inside) = self.field.sided_footpoint_near(p, FaceId(hint), reach);
+        let side = if self.field.is_closed_manifold() || foot.distance >= reach {
+            if inside { -1.0 } else { 1.0 }
+        } else {
+            // Which side of the part is not known here, and does not matter:
+            // the point is on the near side of the offset either way.
+            self.distance.signum()
+        };
+        Sample {
+            value: side * foot.distance - self.distance,
+            gradient: side * direction(self.field, p, foot.point, foot.face),
+            unsigned: (foot.distance - reach).abs(),
+            element: foot.face.0,
+        }
+    }
+
+    fn element(&self, p: DVec3, element: u32) -> (f64, DVec3) {
+        let foot = self.field.footpoint_on(p, FaceId(element));
+        let side = self.distance.signum();
+        (
+            side * foot.distance - self.distance,
+            side * direction(self.field, p, foot.point, foot.face),
+        )
+    }
+
+    /// The hybrid of section V.
+    ///
+    /// If one triangle may hold all closest points (Remark 4), its closed form
+    /// gives the crossing, which a query verifies (equation (8)). If none does,
+    /// or another triangle turns out to be nearer, the piece is split and the
+    /// rest tried again. Where the paper halves, we split at the place where
+    /// the nearer end's own triangle has its crossing: the distance is the
+    /// least of all triangles', so the surface can only be farther on, and the
+    /// query there tells the next triangle.
+    fn crossing(&self, ends: [DVec3; 2], samples: [Sample; 2]) -> Crossing {
+        let reach = self.distance.abs();
+        let at = |t: f64| ends[0].lerp(ends[1], t);
+        let [mut near, mut far] = [0, 1].map(|i| End {
+            t: i as f64,
+            sample: samples[i],
+        });
+        if self.beyond(&samples[0]) > self.beyond(&samples[1]) {
+            (near, far) = (far, near);
+        }
+        let mut splits = 0;
+        loop {
+            let (from, to) = (at(near.t), at(far.t));
+            let closed = |element: u32| {
+                let way = self.field.leaves(FaceId(element), from, to, reach)?;
+                Some(near.t + way * (far.t - near.t))
+            };
+            let common = self.common([(from, near.sample.element), (to, far.sample.element)]);
+            let guess = common.and_then(closed).or_else(|| {
+                let shaky = splits > PATIENCE && splits % 2 == 0;
+                (!shaky).then(|| closed(near.sample.element)).flatten()
+            });
+            let t = guess.unwrap_or(0.5 * (near.t + far.t));
+            let sample = self.sample(at(t), near.sample.element);
+            if sample.value.abs() <= self.tolerance || splits == MOST_SPLITS {
+                return Crossing {
+                    t,
+                    element: sample.element,
+                    splits,
+                    queries: u32::from(splits) + 1,
+                };
+            }
+            splits += 1;
+            let found = End { t, sample };
+            if self.beyond(&sample) < 0.0 {
+                near = found;
+            } else {
+                far = found;
+            }
+        }
+    }
+
+    fn bounds(&self) -> Bounds {
+        let (low, high) = self.field.bounds();
+        Bounds {
+            min: low - self.distance,
+            max: high + self.distance,
+        }
+    }
+}
+
+/// Unit direction from the part to a point; on the part itself that of the
+/// face.
+fn direction(field: &Field, p: DVec3, foot: DVec3, face: FaceId) -> DVec3 {
+    (p - foot)
+        .try_normalize()
+        .unwrap_or_else(|| field.normal(face))
+}
