@@ -1,24 +1,22 @@
 //! `midsurf extract`: part and tags in, mid-surface and report out.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::extract::{DEFAULT_ANGLE, Settings, extract};
-use midsurf::io::write::{
-    Staged, SurfaceOptions, WriteError, check_target, files_for, stage, stage_surface,
-};
+use midsurf::io::write::{Staged, SurfaceOptions, files_for, stage_surface};
 use midsurf::mesh::PartOptions;
 use midsurf::mesh::midsurface::MidSurface;
 use midsurf::post::listing::listing;
-use serde_json::Value;
 
 use super::cell::CellSize;
 use super::failure::Failure;
 use super::info::figure;
 use super::input::{Input, print_warnings};
 use super::memory::Bytes;
+use super::outputs;
 use super::progress::Progress;
 use super::report::{Report, Seconds};
 use super::say;
@@ -130,18 +128,13 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     check_names(&args)?;
-    if args.list && args.json.is_some() && json_file(&args).is_none() {
+    if args.list && outputs::to_stdout(args.json.as_deref()) {
         return Err(Failure::usage(
             "--list and `--json -` both want standard output",
             "give the report a file: --json FILE",
         ));
     }
-    if let Some(threads) = args.threads {
-        // Fails only if the pool exists already; nothing ran before this.
-        let _ = rayon::ThreadPoolBuilder::new()
-            .num_threads(usize::from(threads))
-            .build_global();
-    }
+    outputs::use_threads(args.threads);
     let start = Instant::now();
     let progress = Progress::new(args.quiet);
     progress.show("reading", 0, 0);
@@ -175,7 +168,8 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         total: start.elapsed().as_secs_f64(),
     };
     let report = Report::new(&input, &result, seconds);
-    finish(&args, staged, &report.json(&args, &input, &result))?;
+    let report_json = report.json(&args, &input, &result);
+    outputs::finish(args.json.as_deref(), staged, &report_json)?;
     drop(progress);
     if args.list {
         let mut out = io::stdout().lock();
@@ -225,55 +219,15 @@ fn describe(input: &Input) {
     }
 }
 
-/// Refuses outputs that could not be written, or that would overwrite an
-/// input or each other, before any work is done.
+/// Refuses file names that could not be written or are named twice.
 fn check_names(args: &Args) -> Result<(), Failure> {
-    let mut named: Vec<(PathBuf, &'static str)> = vec![(args.part.clone(), "part")];
-    named.extend(args.coping.iter().map(|file| (file.clone(), "coping tags")));
-    let mut outputs = Vec::new();
+    let mut inputs = vec![(args.part.as_path(), "part")];
+    inputs.extend(args.coping.iter().map(|file| (file.as_path(), "coping tags")));
+    let mut files = Vec::new();
     for output in &args.output {
-        for file in files_for(output).map_err(Failure::input)? {
-            outputs.push((file, "output"));
-        }
+        files.extend(files_for(output).map_err(Failure::input)?);
     }
-    if let Some(json) = json_file(args) {
-        outputs.push((json.to_owned(), "report"));
-    }
-    for (file, role) in outputs {
-        check_target(&file).map_err(Failure::input)?;
-        if let Some((_, first)) = named
-            .iter()
-            .find(|(other, _)| identity(other) == identity(&file))
-        {
-            return Err(Failure::input(WriteError::NamedTwice {
-                file,
-                first,
-                second: role,
-            }));
-        }
-        named.push((file, role));
-    }
-    Ok(())
-}
-
-/// The report's file, unless it goes to stdout.
-fn json_file(args: &Args) -> Option<&Path> {
-    args.json.as_deref().filter(|file| *file != Path::new("-"))
-}
-
-/// A name by which equal files are equal.
-fn identity(file: &Path) -> PathBuf {
-    if let Ok(whole) = file.canonicalize() {
-        return whole;
-    }
-    let folder = match file.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    match (folder.canonicalize(), file.file_name()) {
-        (Ok(folder), Some(name)) => folder.join(name),
-        _ => file.to_owned(),
-    }
+    outputs::check_names(&inputs, files, args.json.as_deref())
 }
 
 /// Writes the surface under passing names.
@@ -286,22 +240,4 @@ fn stage_outputs(args: &Args, surface: &MidSurface) -> Result<Vec<Staged>, Failu
         staged.extend(stage_surface(surface, file, options).map_err(Failure::output)?);
     }
     Ok(staged)
-}
-
-/// Adds the report, then gives all files their names, so that either all or
-/// none appear as far as one process can see to it.
-fn finish(args: &Args, mut staged: Vec<Staged>, report: &Value) -> Result<(), Failure> {
-    if let Some(file) = json_file(args) {
-        let write = |out: &mut dyn Write| writeln!(out, "{report:#}");
-        staged.push(stage(file, write).map_err(Failure::output)?);
-    }
-    for file in staged {
-        file.commit().map_err(Failure::output)?;
-    }
-    if args.json.is_some() && json_file(args).is_none() {
-        let mut out = io::stdout().lock();
-        writeln!(out, "{report:#}")?;
-        out.flush()?;
-    }
-    Ok(())
 }

@@ -7,9 +7,13 @@ mod cell;
 mod closed_over;
 mod extract;
 mod failure;
+mod grid;
+mod hollow;
 mod info;
 mod input;
 mod memory;
+mod offset;
+mod outputs;
 mod progress;
 mod report;
 mod tags;
@@ -45,6 +49,8 @@ enum Command {
     Extract(extract::Args),
     Info(info::Args),
     Tags(tags::Args),
+    Offset(offset::Args),
+    Hollow(hollow::Args),
 }
 
 /// Parses the command line, runs the command, reports what went wrong.
@@ -67,6 +73,8 @@ pub fn run() -> ExitCode {
         Command::Extract(args) => extract::run(args),
         Command::Info(args) => info::run(args),
         Command::Tags(args) => tags::run(args),
+        Command::Offset(args) => offset::run(args),
+        Command::Hollow(args) => hollow::run(args),
     };
     match outcome {
         Ok(code) => code,

@@ -1,4 +1,4 @@
-//! Mid-surface writers, one file a format.
+//! Mid-surface writers, one file a format, and those of solids.
 //!
 //! Numbers are written so that reading them gives the same f64 back, except
 //! in STL, which holds single precision. Files appear complete or not at all.
@@ -6,6 +6,7 @@
 mod csv;
 mod obj;
 mod ply;
+mod solid;
 mod stage;
 mod stl;
 mod vtu;
@@ -16,6 +17,7 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
+pub use solid::{SolidFormat, stage_solid, write_solid};
 pub use stage::{Staged, check_target, stage};
 
 use crate::mesh::midsurface::{BorderKind, MidSurface, VertexKind};

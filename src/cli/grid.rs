@@ -1,0 +1,320 @@
+//! What the commands that offset a closed part have in common: flags, the
+//! run, the report.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use midsurf::dual_contour::Precision;
+use midsurf::io::write::{SolidFormat, stage_solid};
+use midsurf::mesh::{PartOptions, TriMesh};
+use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
+use serde_json::{Value, json};
+
+use super::cell::CellSize;
+use super::failure::Failure;
+use super::info::figure;
+use super::input::{Input, Warning, print_warnings};
+use super::memory::{Bytes, peak};
+use super::outputs;
+use super::progress::Progress;
+use super::say;
+
+/// Version of the JSON report's layout; raised when a reader must change.
+const SCHEMA: u32 = 1;
+
+/// Flags of `offset` and `hollow`.
+#[derive(clap::Args)]
+pub(super) struct GridArgs {
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
+    part: PathBuf,
+    /// Cell size: a length, `1%` (of the part's diagonal), or auto (256 cells along the result)
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "auto",
+        allow_negative_numbers = true
+    )]
+    cell: CellSize,
+    /// Split chords that stray farther than this from the offset [default: 0.2% of the distance]
+    #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// Output file (.stl, .obj, .ply); repeat for several formats
+    #[arg(short, long, value_name = "FILE")]
+    output: Vec<PathBuf>,
+    /// Write a report as JSON; `-` for stdout
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Threads to use; the result does not depend on it
+    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Merge vertices of the part within this distance
+    #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
+    weld: Option<f64>,
+    /// Refuse cells so small that the grid would need more memory than this
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "8G",
+        allow_negative_numbers = true
+    )]
+    memory_limit: Bytes,
+    /// Print errors and nothing else
+    #[arg(short, long, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Print what each stage took and left
+    #[arg(short, long)]
+    verbose: bool,
+}
+
+/// Offsets the part, makes the result of it and writes that.
+pub(super) fn run(
+    args: &GridArgs,
+    command: &str,
+    distance: f64,
+    finish: impl Fn(&Input, TriMesh) -> TriMesh,
+) -> Result<ExitCode, Failure> {
+    for file in &args.output {
+        SolidFormat::of(file).map_err(Failure::input)?;
+    }
+    outputs::check_names(
+        &[(args.part.as_path(), "part")],
+        args.output.clone(),
+        args.json.as_deref(),
+    )?;
+    outputs::use_threads(args.threads);
+    let start = Instant::now();
+    let progress = Progress::new(args.quiet);
+    progress.show("reading", 0, 0);
+    let options = PartOptions {
+        allow_open: false,
+        weld: args.weld,
+    };
+    let mut input = Input::read(&args.part, None, options)?;
+    // Tags have no meaning here, so none are missing.
+    input.warnings.retain(|warning| warning.code != "no_coping");
+    let read_seconds = start.elapsed().as_secs_f64();
+
+    let settings = args.settings(&input, distance)?;
+    let show = |stage, done, expected| progress.show(stage, done, expected);
+    let result = offset(&input.part, &settings, &show)
+        .map_err(|error| failure(&error, &args.part, command))?;
+    let mut warnings = std::mem::take(&mut input.warnings);
+    warnings.extend(result.warnings.iter().map(|w| explain(*w, distance)));
+
+    progress.show("writing", 0, 0);
+    let begin = Instant::now();
+    let figures = Figures::of(&result);
+    let mesh = finish(&input, result.mesh);
+    let mut staged = Vec::new();
+    for file in &args.output {
+        staged.push(stage_solid(&mesh, file).map_err(Failure::output)?);
+    }
+    let seconds = json!({
+        "read": read_seconds,
+        "field": figures.field_seconds,
+        "band": figures.work.band_seconds,
+        "contour": figures.work.contour_seconds,
+        "write": begin.elapsed().as_secs_f64(),
+        "total": start.elapsed().as_secs_f64(),
+    });
+    let report = json!({
+        "schema": SCHEMA,
+        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": command },
+        "input": {
+            "part": input.file,
+            "sha256": input.sha256,
+            "geometry": input.geometry,
+            "triangles": input.part.triangle_count(),
+            "volume": input.part.volume(),
+            "area": input.part.area(),
+        },
+        "settings": {
+            "distance": distance,
+            "cell": args.cell,
+            "cell_length": settings.cell,
+            "tolerance": settings.tolerance,
+            "precision": match settings.precision {
+                Precision::Double => "double",
+                Precision::Single => "single",
+            },
+            "memory_limit": args.memory_limit,
+            "threads": rayon::current_num_threads(),
+            "weld": args.weld,
+        },
+        "result": {
+            "vertices": mesh.positions.len(),
+            "triangles": mesh.triangles.len(),
+            "volume": mesh.volume(),
+            "area": mesh.area(),
+            "corner_deviation": figures.corner_deviation,
+            "centre_deviation": figures.centre_deviation,
+        },
+        "work": figures.work_json(),
+        "seconds": seconds,
+        "peak_memory": peak(),
+        "outputs": args.output,
+        "warnings": warnings,
+    });
+    outputs::finish(args.json.as_deref(), staged, &report)?;
+    drop(progress);
+    if !args.quiet {
+        print_warnings(&warnings);
+        say(format_args!(
+            "{} vertices, {} triangles, volume {}, area {}",
+            mesh.positions.len(),
+            mesh.triangles.len(),
+            figure(mesh.volume()),
+            figure(mesh.area())
+        ));
+        say(format_args!(
+            "off the offset by {} at most, {} in the mean (of the distance: {} and {})",
+            figure(figures.centre_deviation.max),
+            figure(figures.centre_deviation.mean),
+            figure(figures.centre_deviation.max / distance.abs()),
+            figure(figures.centre_deviation.mean / distance.abs()),
+        ));
+    }
+    if args.verbose {
+        figures.print();
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+impl GridArgs {
+    fn settings(&self, input: &Input, distance: f64) -> Result<Settings, Failure> {
+        let mut settings = Settings::new(&input.part, distance);
+        settings.cell = match self.cell {
+            CellSize::Auto => settings.cell,
+            CellSize::Length(length) => length,
+            CellSize::Percent(percent) => 0.01 * percent * input.part.bounds().diagonal(),
+            CellSize::Thicknesses(_) => {
+                return Err(Failure::usage(
+                    "a cell size in wall thicknesses means nothing here",
+                    "give --cell a length, or a share of the diagonal as 0.5%",
+                ));
+            }
+        };
+        if let Some(tolerance) = self.tolerance {
+            settings.tolerance = tolerance;
+        }
+        settings.memory_limit = self.memory_limit.0;
+        let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
+        if self.output.iter().any(single) {
+            settings.precision = Precision::Single;
+        }
+        Ok(settings)
+    }
+}
+
+/// Figures of an offset without its mesh.
+struct Figures {
+    corner_deviation: midsurf::offset::Deviation,
+    centre_deviation: midsurf::offset::Deviation,
+    field_seconds: f64,
+    work: midsurf::dual_contour::Work,
+}
+
+impl Figures {
+    fn of(result: &Offset) -> Figures {
+        Figures {
+            corner_deviation: result.corner_deviation,
+            centre_deviation: result.centre_deviation,
+            field_seconds: result.field_seconds,
+            work: result.work,
+        }
+    }
+
+    fn work_json(&self) -> Value {
+        json!({
+            "filters": self.work.filters,
+            "crossings": self.work.crossings,
+            "cell_vertices": self.work.vertices[0],
+            "face_vertices": self.work.vertices[1],
+            "edge_vertices": self.work.vertices[2],
+            "rings": self.work.rings,
+            "queries": self.work.queries,
+        })
+    }
+
+    /// What each stage took and left, for `--verbose`.
+    fn print(&self) {
+        let f = &self.work.filters;
+        let c = &self.work.crossings;
+        say(format_args!(
+            "nodes: {} in the grid, {} after boxes, {} after signs; {} distances ({} of them for boxes), {} valid",
+            f.nodes, f.after_boxes, f.after_signs, f.distances, f.box_tests, f.valid
+        ));
+        let share = |n: u64| 100.0 * n as f64 / c.edges.max(1) as f64;
+        let upto: u64 = c.by_splits[..=6].iter().sum();
+        say(format_args!(
+            "crossings: {}; {:.1}% at once, {:.1}% after one split, {:.1}% after two, {:.1}% within six",
+            c.edges,
+            share(c.by_splits[0]),
+            share(c.by_splits[1]),
+            share(c.by_splits[2]),
+            share(upto)
+        ));
+        let [cells, faces, edges] = self.work.vertices;
+        say(format_args!(
+            "vertices: {cells} in cells, {faces} on faces, {edges} on edges; {} closest-point queries",
+            self.work.queries
+        ));
+        say(format_args!(
+            "seconds: field {:.3}, band {:.3}, contour {:.3}",
+            self.field_seconds, self.work.band_seconds, self.work.contour_seconds
+        ));
+    }
+}
+
+fn explain(warning: OffsetWarning, distance: f64) -> Warning {
+    let (code, message) = match warning {
+        OffsetWarning::SelfIntersecting { pairs } => (
+            "self_intersecting",
+            format!(
+                "the part cuts through itself ({pairs} pairs of triangles): inside is told by winding number{}",
+                if distance < 0.0 {
+                    ", and surface that lies inside keeps its distance too"
+                } else {
+                    ""
+                }
+            ),
+        ),
+        OffsetWarning::NotManifold => (
+            "not_manifold",
+            "the part is no clean closed surface: inside is told by winding number".to_owned(),
+        ),
+        OffsetWarning::CoarseCell => (
+            "coarse_cell",
+            "the cell is larger than the distance: walls and gaps thinner than a cell may be missed"
+                .to_owned(),
+        ),
+    };
+    Warning {
+        code: code.to_owned(),
+        message,
+    }
+}
+
+fn failure(error: &OffsetError, part: &Path, command: &str) -> Failure {
+    let message = format!("{}: {error}", part.display());
+    let help = match error {
+        OffsetError::BadDistance(_) if command == "hollow" => {
+            "give --thickness a positive length"
+        }
+        OffsetError::BadDistance(_) => {
+            "give --distance a positive length to grow, a negative one (--distance=-2) to shrink"
+        }
+        OffsetError::BadCell(_) => "give --cell a positive length, or leave it away",
+        OffsetError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
+        OffsetError::Open => "`midsurf info PART` counts the open edges",
+        OffsetError::TooFine { .. } => {
+            "take a larger --cell, or raise --memory-limit if the machine has more memory"
+        }
+        OffsetError::NoGrid { .. } => "move the part nearer to the origin, or take a larger --cell",
+        OffsetError::Empty(_) => {
+            return Failure::no_result(message, "take a smaller distance or a smaller --cell");
+        }
+    };
+    Failure::usage(message, help)
+}
