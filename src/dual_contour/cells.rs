@@ -9,7 +9,7 @@ use super::band::{Bits, block_of, local};
 use super::edges::{EdgeBlock, Edges, Hermite, node_of};
 use super::grid::Grid;
 use super::implicit::Implicit;
-use super::pattern::{Pattern, edge_corners, pattern};
+use super::pattern::{Pattern, edge_corners, face_edges, pattern, trace_of};
 use super::qef;
 use super::vertex::{CellVertex, Finder};
 
@@ -17,8 +17,9 @@ use super::vertex::{CellVertex, Finder};
 pub(super) struct CellBlock {
     pub key: IVec3,
     pub active: Bits,
-    /// Corners inside the solid, a bit each, by active cell.
-    corners: Vec<u8>,
+    /// Corners inside the solid, and ambiguous faces whose inside is joined,
+    /// by active cell.
+    sides: Vec<[u8; 2]>,
     /// Number of the first vertex within the block, by active cell.
     first: Vec<u32>,
     vertices: Vec<CellVertex>,
@@ -30,6 +31,7 @@ pub(super) struct CellBlock {
 #[derive(Clone, Copy)]
 pub(super) struct CellRef<'a> {
     pub corners: u8,
+    pub joined: u8,
     pub pattern: &'static Pattern,
     vertices: &'a [CellVertex],
     first: u32,
@@ -102,10 +104,12 @@ impl CellBlock {
             return None;
         }
         let i = self.active.rank(local);
-        let pattern = pattern(self.corners[i]);
+        let [corners, joined] = self.sides[i];
+        let pattern = pattern(corners, joined);
         let first = self.first[i] as usize;
         Some(CellRef {
-            corners: self.corners[i],
+            corners,
+            joined,
             pattern,
             vertices: &self.vertices[first..first + pattern.loops],
             first: self.start + self.first[i],
@@ -153,7 +157,71 @@ pub(super) fn numbers_around(axis: usize) -> [usize; 4] {
 /// along x, 2 along y, 4 along z.
 pub(super) type Neighbourhood<'a> = [Option<&'a EdgeBlock>; 8];
 
-pub(super) fn corner_step(corner: usize) -> IVec3 {
+/// Ambiguous faces of a cell whose inside is joined: those where the function
+/// is nearer to zero half-way along the traces that this makes.
+///
+/// Both cells at a face come to the same answer, from the same four crossings.
+fn joined(
+    solid: &impl Implicit,
+    grid: &Grid,
+    near: &Neighbourhood,
+    key: IVec3,
+    cell: IVec3,
+    corners: u8,
+    queries: &mut u64,
+) -> u8 {
+    let pattern = pattern(corners, 0);
+    let mut joined = 0;
+    for face in (0..6).filter(|&face| pattern.is_ambiguous(face)) {
+        let misfit = [0, 1 << face].map(|choice| {
+            let mut traces = [Crossings::new(), Crossings::new()];
+            for edge in face_edges(face) {
+                if let (Some(block), at) = owner(near, key, cell, edge) {
+                    let which = trace_of(corners, choice, face, edge);
+                    traces[which].push(block.hermite(solid, grid, edge / 4, at));
+                }
+            }
+            let strays = traces.map(|trace| {
+                let middle = qef::mass_point(&trace);
+                solid.sample(middle, trace[0].element).value.abs()
+            });
+            strays[0].max(strays[1])
+        });
+        *queries += 4;
+        if misfit[1] < misfit[0] {
+            joined |= 1 << face;
+        }
+    }
+    joined
+}
+
+/// The neighbourhood of the block with this key.
+pub(super) fn neighbourhood(edges: &Edges, key: IVec3) -> Neighbourhood<'_> {
+    std::array::from_fn(|corner| edges.block(key + corner_step(corner)))
+}
+
+/// The crossings of each loop of a cell.
+pub(super) fn loops(
+    solid: &impl Implicit,
+    grid: &Grid,
+    near: &Neighbourhood,
+    key: IVec3,
+    cell: IVec3,
+    pattern: &Pattern,
+) -> SmallVec<[Crossings; 4]> {
+    let mut loops: SmallVec<[Crossings; 4]> = SmallVec::new();
+    loops.resize_with(pattern.loops, Crossings::new);
+    for (edge, &l) in pattern.loop_of.iter().enumerate() {
+        if l != u8::MAX
+            && let (Some(block), at) = owner(near, key, cell, edge)
+        {
+            loops[usize::from(l)].push(block.hermite(solid, grid, edge / 4, at));
+        }
+    }
+    loops
+}
+
+fn corner_step(corner: usize) -> IVec3 {
     IVec3::new(corner as i32 & 1, corner as i32 >> 1 & 1, corner as i32 >> 2)
 }
 
@@ -203,13 +271,12 @@ fn place_block(
     key: IVec3,
     active: Bits,
 ) -> (CellBlock, u64) {
-    let near: Neighbourhood =
-        std::array::from_fn(|corner| edges.block(key + corner_step(corner)));
+    let near = neighbourhood(edges, key);
     let count = active.count();
     let mut out = CellBlock {
         key,
         active,
-        corners: Vec::with_capacity(count),
+        sides: Vec::with_capacity(count),
         first: Vec::with_capacity(count),
         vertices: Vec::with_capacity(count),
         start: 0,
@@ -218,18 +285,11 @@ fn place_block(
     for at in active.ones() {
         let cell = node_of(key, at);
         let corners = corners(&near, key, cell);
-        let pattern = pattern(corners);
-        out.corners.push(corners);
+        let joined = joined(solid, grid, &near, key, cell, corners, &mut queries);
+        let pattern = pattern(corners, joined);
+        out.sides.push([corners, joined]);
         out.first.push(out.vertices.len() as u32);
-        let mut loops: SmallVec<[SmallVec<[Hermite; 12]>; 4]> = SmallVec::new();
-        loops.resize_with(pattern.loops, SmallVec::new);
-        for (edge, &l) in pattern.loop_of.iter().enumerate() {
-            if l != u8::MAX
-                && let (Some(block), at) = owner(&near, key, cell, edge)
-            {
-                loops[usize::from(l)].push(block.hermite(solid, grid, edge / 4, at));
-            }
-        }
+        let loops = loops(solid, grid, &near, key, cell, pattern);
         for (i, crossings) in loops.iter().enumerate() {
             let mut finder = Finder {
                 solid,
@@ -247,19 +307,22 @@ fn place_block(
     (out, queries)
 }
 
+/// The crossings of one loop.
+pub(super) type Crossings = SmallVec<[Hermite; 12]>;
+
 /// Half-spaces that keep one loop of a cell, and so the fan from its vertex,
 /// apart from the others.
 ///
 /// The loops of a cell surround different corners, and a plane across the line
 /// between the mean points of two of them parts the loops. The fan from a
 /// vertex on the right side of all these planes stays there, and fans of
-/// different loops do not meet.
-struct Apart {
+/// different loops do not meet. The same with the two traces of a face.
+pub(super) struct Apart {
     planes: SmallVec<[(DVec3, f64); 3]>,
 }
 
 impl Apart {
-    fn new(loops: &[SmallVec<[Hermite; 12]>], which: usize) -> Apart {
+    pub fn new(loops: &[Crossings], which: usize) -> Apart {
         let mean = qef::mass_point(&loops[which]);
         let mut planes = SmallVec::new();
         for (i, other) in loops.iter().enumerate() {
@@ -285,7 +348,7 @@ impl Apart {
         Apart { planes }
     }
 
-    fn allows(&self, p: DVec3) -> bool {
+    pub fn allows(&self, p: DVec3) -> bool {
         self.planes.iter().all(|(normal, bound)| normal.dot(p) < *bound)
     }
 }

@@ -10,17 +10,19 @@
 //! and on a crease, where it is put on the crease, the third.
 //!
 //! Where a cell has several loops, or a face is ambiguous, the vertex is not a
-//! matter of error: it parts the sheets. It then stands in the middle between
-//! the two crossings of its trace, so that the hulls of different loops of a
-//! cell do not meet.
+//! matter of error: it parts the sheets. It then has to stay on its loop's side
+//! of the planes that part the loops; the middle between the two crossings of
+//! its trace always does.
 
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::band::{block_of, local};
-use super::cells::{CellBlock, CellRef, Cells, corner_step, owner};
-use super::edges::{EdgeBlock, Edges, Hermite, node_of};
+use super::cells::{
+    Apart, CellBlock, CellRef, Cells, Crossings, Neighbourhood, loops, neighbourhood, owner,
+};
+use super::edges::{Edges, Hermite, node_of};
 use super::grid::Grid;
 use super::implicit::Implicit;
 use super::pattern::{face_edges, trace_of};
@@ -77,9 +79,8 @@ impl Faces {
                     grid,
                     cells,
                     block,
-                    edges: std::array::from_fn(|corner| {
-                        edges.block(block.key + corner_step(corner))
-                    }),
+                    all_edges: edges,
+                    edges: neighbourhood(edges, block.key),
                     tolerance,
                     queries: 0,
                 };
@@ -133,7 +134,8 @@ struct Work<'a, I> {
     grid: &'a Grid,
     cells: &'a Cells,
     block: &'a CellBlock,
-    edges: [Option<&'a EdgeBlock>; 8],
+    all_edges: &'a Edges,
+    edges: Neighbourhood<'a>,
     tolerance: f64,
     queries: u64,
 }
@@ -190,29 +192,20 @@ impl<I: Implicit> Work<'_, I> {
         if trace == 1 && !ambiguous {
             return None;
         }
-        let corners = usize::from(cell.corners);
         let mut ends = (0..4).filter(|&i| {
             let edge = face_edges(face)[i];
             cell.pattern.loop_of[edge] != u8::MAX
-                && (!ambiguous || trace_of(corners, face, edge) == trace)
+                && (!ambiguous || trace_of(cell.corners, cell.joined, face, edge) == trace)
         });
         let (i, j) = (ends.next()?, ends.next()?);
         let edge = face_edges(face)[i];
-        if ambiguous || cell.pattern.loops > 1 || other.pattern.loops > 1 {
-            let [a, b] = [i, j].map(|i| self.hermite(place, face_edges(face)[i]));
-            let middle = 0.5 * (a?.point + b?.point);
-            let cell = self.grid.cell_box(place);
-            return Some(self.grid.settle_on_face(middle, &cell, axis));
-        }
-        let (_, a) = cell.vertex(edge);
-        let (_, b) = other.vertex(face_edges(face + 1)[i]);
-        if stray(a, b) < ASKED_FROM * self.tolerance {
+        let crossings: Crossings = [edge, face_edges(face)[j]]
+            .into_iter()
+            .filter_map(|edge| self.hermite(place, edge))
+            .collect();
+        let [first, second] = crossings[..] else {
             return None;
-        }
-        let crossings = [
-            self.hermite(place, edge)?,
-            self.hermite(place, face_edges(face)[j])?,
-        ];
+        };
         let mut finder = Finder {
             solid: self.solid,
             grid: self.grid,
@@ -221,21 +214,73 @@ impl<I: Implicit> Work<'_, I> {
             flat: None,
             queries: 0,
         };
-        let (middle, _) = finder.sample(
-            0.5 * (a.position + b.position),
-            crossings[0].element,
-        );
-        let found = (middle.value.abs() > self.tolerance).then(|| {
-            let plane = finder.cell.low[axis];
-            let way = (plane - b.position[axis]) / (a.position[axis] - b.position[axis]);
-            let mut start = b.position.lerp(a.position, way);
-            start[axis] = plane;
-            finder.on_face(axis, start)
-        });
+        let found = if ambiguous || cell.pattern.loops > 1 || other.pattern.loops > 1 {
+            let middle = 0.5 * (first.point + second.point);
+            let start = self.grid.settle_on_face(middle, &finder.cell, axis);
+            let apart = [
+                self.apart(place, cell, edge),
+                self.apart(place - IVec3::AXES[axis], other, face_edges(face + 1)[i]),
+                self.apart_on_face(place, cell, face, trace),
+            ];
+            let allowed = |p: DVec3| apart.iter().flatten().all(|a| a.allows(p));
+            let found = finder.on_face(axis, start, allowed).position;
+            Some(if allowed(found) { found } else { start })
+        } else {
+            let (_, a) = cell.vertex(edge);
+            let (_, b) = other.vertex(face_edges(face + 1)[i]);
+            (stray(a, b) > ASKED_FROM * self.tolerance)
+                .then(|| self.split(&mut finder, axis, [a.position, b.position]))
+                .flatten()
+        };
         self.queries += finder.queries;
         found
-            .filter(|found| found.value.abs() < 0.5 * middle.value.abs())
-            .map(|found| found.position)
+    }
+
+    /// The vertex that splits a chord, if it strays too far and the vertex
+    /// mends that.
+    fn split(&self, finder: &mut Finder<I>, axis: usize, chord: [DVec3; 2]) -> Option<DVec3> {
+        let [a, b] = chord;
+        let hint = finder.crossings[0].element;
+        let (middle, _) = finder.sample(0.5 * (a + b), hint);
+        if middle.value.abs() <= self.tolerance {
+            return None;
+        }
+        let plane = finder.cell.low[axis];
+        let way = (plane - b[axis]) / (a[axis] - b[axis]);
+        let mut start = b.lerp(a, way);
+        start[axis] = plane;
+        let found = finder.on_face(axis, start, |_| true);
+        (found.value.abs() < 0.5 * middle.value.abs()).then_some(found.position)
+    }
+
+    /// What keeps the loop through an edge apart from the cell's others.
+    fn apart(&self, place: IVec3, cell: CellRef, edge: usize) -> Option<Apart> {
+        if cell.pattern.loops < 2 {
+            return None;
+        }
+        let key = block_of(place);
+        let near = neighbourhood(self.all_edges, key);
+        let loops = loops(self.solid, self.grid, &near, key, place, cell.pattern);
+        Some(Apart::new(&loops, usize::from(cell.pattern.loop_of[edge])))
+    }
+
+    /// What keeps a trace apart from the other one of its face.
+    fn apart_on_face(
+        &self,
+        place: IVec3,
+        cell: CellRef,
+        face: usize,
+        trace: usize,
+    ) -> Option<Apart> {
+        if !cell.pattern.is_ambiguous(face) {
+            return None;
+        }
+        let mut traces = [Crossings::new(), Crossings::new()];
+        for edge in face_edges(face) {
+            let which = trace_of(cell.corners, cell.joined, face, edge);
+            traces[which].extend(self.hermite(place, edge));
+        }
+        Some(Apart::new(&traces, trace))
     }
 
     fn hermite(&self, cell: IVec3, edge: usize) -> Option<Hermite> {

@@ -1,13 +1,14 @@
-//! The 256 ways in which a surface may pass between the corners of a cell.
+//! How a surface may pass between the corners of a cell.
 //!
 //! Numbers: corner `x + 2 y + 4 z`. Edge `4 axis + u + 2 v`, where `u` and `v`
 //! are the corner's bits along the two axes that follow `axis` (x, y, z, x...).
 //! Face `2 axis + side`.
 //!
 //! On each face the surface leaves a *trace* from crossed edge to crossed edge.
-//! A face with four crossed edges is *ambiguous*; both cells that share it part
-//! its two inside corners from each other. The traces of a cell join to closed
-//! *loops*, each of which gets a vertex of its own.
+//! A face with four crossed edges is *ambiguous*: its inside corners may be
+//! *joined* to each other, or parted, and the cells that share it have to agree.
+//! The traces of a cell join to closed *loops*, each of which gets a vertex of
+//! its own. Sets of corners and of faces are bits.
 
 use std::sync::LazyLock;
 
@@ -43,11 +44,10 @@ pub(super) struct Pattern {
 }
 
 impl Pattern {
-    fn new(corners: usize) -> Pattern {
-        let inside = |corner: usize| corners >> corner & 1 != 0;
+    fn new(corners: u8, joined: u8) -> Pattern {
         let crossed = |edge: usize| {
             let [a, b] = edge_corners(edge);
-            inside(a) != inside(b)
+            (corners >> a ^ corners >> b) & 1 != 0
         };
         let mut ambiguous = 0;
         let mut links: Vec<[usize; 2]> = Vec::new();
@@ -59,7 +59,7 @@ impl Pattern {
                     ambiguous |= 1 << face;
                     for trace in 0..2 {
                         let pair: Vec<usize> = (edges.iter().copied())
-                            .filter(|&e| trace_of(corners, face, e) == trace)
+                            .filter(|&e| trace_of(corners, joined, face, e) == trace)
                             .collect();
                         links.push([pair[0], pair[1]]);
                     }
@@ -100,20 +100,52 @@ impl Pattern {
 
 /// Which of an ambiguous face's two traces ends on this crossed edge.
 ///
-/// The trace around the inside corner that is lower along the second axis
-/// after the face's own comes first.
-pub(super) fn trace_of(corners: usize, face: usize, edge: usize) -> usize {
+/// A trace goes round one of the inside corners, or of the outside ones if the
+/// inside is joined. The trace round the corner that is lower along the second
+/// axis after the face's own comes first.
+pub(super) fn trace_of(corners: u8, joined: u8, face: usize, edge: usize) -> usize {
     let second = (face / 2 + 2) % 3;
     let [a, b] = edge_corners(edge);
-    let corner = if corners >> a & 1 != 0 { a } else { b };
+    let round = joined >> face & 1 == 0;
+    let corner = if (corners >> a & 1 != 0) == round { a } else { b };
     corner >> second & 1
 }
 
-/// The pattern of a cell whose corners inside the solid are the bits set.
-pub(super) fn pattern(corners: u8) -> &'static Pattern {
-    static PATTERNS: LazyLock<Vec<Pattern>> =
-        LazyLock::new(|| (0..256).map(Pattern::new).collect());
-    &PATTERNS[usize::from(corners)]
+/// The pattern of a cell by its corners inside the solid and by those of its
+/// ambiguous faces whose inside is joined.
+pub(super) fn pattern(corners: u8, joined: u8) -> &'static Pattern {
+    static PATTERNS: LazyLock<Vec<Vec<Pattern>>> = LazyLock::new(|| {
+        (0..=255)
+            .map(|corners| {
+                let ambiguous = Pattern::new(corners, 0).ambiguous;
+                (0..1 << ambiguous.count_ones())
+                    .map(|rank| Pattern::new(corners, spread(rank, ambiguous)))
+                    .collect()
+            })
+            .collect()
+    });
+    let variants = &PATTERNS[usize::from(corners)];
+    &variants[rank(joined, variants[0].ambiguous)]
+}
+
+/// Number of a subset of `set` among its subsets.
+fn rank(subset: u8, set: u8) -> usize {
+    bits(set)
+        .enumerate()
+        .map(|(i, bit)| usize::from(subset >> bit & 1) << i)
+        .sum()
+}
+
+/// The subset with this number.
+fn spread(rank: usize, set: u8) -> u8 {
+    bits(set)
+        .enumerate()
+        .filter(|&(i, _)| rank >> i & 1 != 0)
+        .fold(0, |subset, (_, bit)| subset | 1 << bit)
+}
+
+fn bits(set: u8) -> impl Iterator<Item = usize> {
+    (0..8).filter(move |&bit| set >> bit & 1 != 0)
 }
 
 #[cfg(test)]
@@ -133,8 +165,8 @@ mod tests {
 
     #[test]
     fn every_crossed_edge_is_in_one_loop() {
-        for corners in 0..=255u8 {
-            let p = pattern(corners);
+        for (corners, joined) in (0..=255u8).flat_map(|c| (0..64).map(move |j| (c, j))) {
+            let p = pattern(corners, joined & pattern(corners, 0).ambiguous);
             let used = p.loop_of.iter().filter(|&&l| l != u8::MAX).count();
             let crossed = (0..12)
                 .filter(|&e| {
@@ -150,10 +182,13 @@ mod tests {
             }
         }
         // One corner, two opposite corners of a face, of the cell, four corners.
-        assert_eq!(pattern(0b1).loops, 1);
-        assert_eq!(pattern(0b1001).loops, 2);
-        assert_eq!(pattern(0b1000_0001).loops, 2);
-        assert_eq!(pattern(0b0110_1001).loops, 4);
-        assert_eq!(pattern(0b1001_0110).loops, 4);
+        assert_eq!(pattern(0b1, 0).loops, 1);
+        assert_eq!(pattern(0b1001, 0).loops, 2);
+        assert_eq!(pattern(0b1000_0001, 0).loops, 2);
+        assert_eq!(pattern(0b0110_1001, 0).loops, 4);
+        assert_eq!(pattern(0b1001_0110, 0).loops, 4);
+        // The two corners of a face, joined; all corners parted, then joined.
+        assert_eq!(pattern(0b1001, 1 << 4).loops, 1);
+        assert_eq!(pattern(0b1001_0110, 63).loops, 4);
     }
 }

@@ -147,7 +147,8 @@ impl<'a, I: Implicit> Work<'a, I> {
             ring.push(corners[i].0);
             let pattern = cells[owner].pattern;
             let trace = if pattern.is_ambiguous(2 * across) {
-                trace_of(usize::from(cells[owner].corners), 2 * across, numbers[owner])
+                let cell = &cells[owner];
+                trace_of(cell.corners, cell.joined, 2 * across, numbers[owner])
             } else {
                 0
             };

@@ -80,12 +80,18 @@ impl<I: Implicit> Finder<'_, I> {
         }
     }
 
-    /// The vertex of a trace: a point of the surface in the face `flat`, near
-    /// `start`. What is found may be a near miss.
-    pub fn on_face(&mut self, axis: usize, start: DVec3) -> Candidate {
+    /// The vertex of a trace: a point of the surface in the lower face across
+    /// `axis`, near `start`. `allowed` tells whether a place inside the face
+    /// will do. What is found may be a near miss, at worst `start` itself.
+    pub fn on_face(
+        &mut self,
+        axis: usize,
+        start: DVec3,
+        allowed: impl Fn(DVec3) -> bool,
+    ) -> Candidate {
         self.flat = Some(axis);
         let cell = self.cell;
-        let fits = |p: DVec3| cell.face_contains(p, axis);
+        let fits = |p: DVec3| cell.face_contains(p, axis) && allowed(p);
         let crease = if self.spread() < SPREAD {
             let mut pair = [self.crossings[0].element, self.crossings[1].element];
             self.meet(&mut pair, start).filter(|c| fits(c.position))
@@ -190,12 +196,15 @@ impl<I: Implicit> Finder<'_, I> {
         let [n, m] = pair.map(|e| self.solid.element(first.position, e).1);
         let direction = n.cross(m).normalize_or_zero();
         let [from, to] = self.cell.clip(first.position, direction)?;
-        let inset = 0.01 * (to - from);
-        let along = (mass - first.position)
-            .dot(direction)
-            .clamp(from + inset, to - inset);
-        let second = self.meet(&mut pair, first.position + along * direction)?;
-        fits(second.position).then_some(second)
+        let along = (mass - first.position).dot(direction);
+        // A crease that bends leaves a cell which it only just enters: then
+        // try its middle.
+        [0.02, 0.45].into_iter().find_map(|inset| {
+            let inset = inset * (to - from);
+            let way = along.max(from + inset).min(to - inset);
+            self.meet(&mut pair.clone(), first.position + way * direction)
+                .filter(|second| fits(second.position))
+        })
     }
 
     /// Where all elements have a value of zero, near `start`, and no other
