@@ -195,16 +195,32 @@ impl<I: Implicit> Finder<'_, I> {
         // The crease may still pass through the cell further along.
         let [n, m] = pair.map(|e| self.solid.element(first.position, e).1);
         let direction = n.cross(m).normalize_or_zero();
-        let [from, to] = self.cell.clip(first.position, direction)?;
+        let [from, to] = self
+            .cell
+            .clip(first.position, direction)
+            .unwrap_or([0.0; 2]);
         let along = (mass - first.position).dot(direction);
-        // A crease that bends leaves a cell which it only just enters: then
-        // try its middle.
-        [0.02, 0.45].into_iter().find_map(|inset| {
+        // A crease that bends may leave a cell that it only just enters; then
+        // try the middle of its way, and beside the crossings of either side.
+        let along = |inset: f64| {
             let inset = inset * (to - from);
             let way = along.max(from + inset).min(to - inset);
-            self.meet(&mut pair.clone(), first.position + way * direction)
+            first.position + way * direction
+        };
+        let starts = [along(0.02), along(0.45), self.beside(n, m), self.beside(m, n)];
+        starts.into_iter().find_map(|start| {
+            self.meet(&mut pair.clone(), start)
                 .filter(|second| fits(second.position))
         })
+    }
+
+    /// Mean of the crossings whose normals are more like `n` than `m`.
+    fn beside(&self, n: DVec3, m: DVec3) -> DVec3 {
+        let side = self.crossings.iter();
+        let (sum, count) = side
+            .filter(|h| h.normal.dot(n - m) > 0.0)
+            .fold((DVec3::ZERO, 0.0), |(sum, count), h| (sum + h.point, count + 1.0));
+        if count > 0.0 { sum / count } else { qef::mass_point(self.crossings) }
     }
 
     /// Where all elements have a value of zero, near `start`, and no other
