@@ -29,6 +29,10 @@ const CORNER: f64 = 0.08;
 /// A value below this times the cell is zero.
 const ZERO: f64 = 1e-9;
 
+/// Steps after which elements that did not meet are given up: three or four to
+/// the meeting place, for each of a few changes of elements.
+const MEETING_STEPS: usize = 40;
+
 /// Vertex of the result within a cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CellVertex {
@@ -228,7 +232,7 @@ impl<I: Implicit> Finder<'_, I> {
     /// nearer ones.
     fn meet(&mut self, elements: &mut [u32], start: DVec3) -> Option<Candidate> {
         let mut p = start;
-        for _ in 0..12 {
+        for _ in 0..MEETING_STEPS {
             let mut values: SmallVec<[f64; 3]> = SmallVec::new();
             let mut normals: SmallVec<[DVec3; 3]> = SmallVec::new();
             for &element in elements.iter() {
