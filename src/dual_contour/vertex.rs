@@ -102,10 +102,7 @@ impl<I: Implicit> Finder<'_, I> {
         } else {
             None
         };
-        let mut found = crease.unwrap_or_else(|| {
-            let hint = self.crossings[0].element;
-            self.descend(start, hint, &fits)
-        });
+        let mut found = crease.unwrap_or_else(|| self.smooth(start, &fits));
         found.position = self.grid.settle_on_face(found.position, &cell, axis);
         found
     }
@@ -269,11 +266,11 @@ impl<I: Implicit> Finder<'_, I> {
         None
     }
 
-    /// A point of the surface that fits, or the nearest miss.
+    /// A point of the surface that fits, or the nearest miss; at worst `mass`.
     fn smooth(&mut self, mass: DVec3, fits: &impl Fn(DVec3) -> bool) -> Candidate {
         let mut best = self.descend(mass, self.crossings[0].element, fits);
-        // From the mass point the way led out of the cell: start beside each
-        // crossing instead.
+        // From the mass point the way led out of the cell or face: start beside
+        // each crossing instead.
         for i in 0..self.crossings.len() {
             if best.value.abs() <= 1e3 * self.zero() {
                 break;
@@ -298,10 +295,12 @@ impl<I: Implicit> Finder<'_, I> {
                 break;
             }
             let down = self.in_plane(here.gradient);
-            let next = here.position - here.value / down.length_squared() * down;
-            if !fits(next) {
+            let step = here.value / down.length_squared() * down;
+            // Half-way is better than nothing.
+            let reached = [1.0, 0.5, 0.25].map(|part| here.position - part * step);
+            let Some(next) = reached.into_iter().find(|&p| fits(p)) else {
                 break;
-            }
+            };
             (here, hint) = self.sample(next, hint);
             if here.value.abs() < best.value.abs() {
                 best = here;
