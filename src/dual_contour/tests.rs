@@ -78,7 +78,10 @@ impl Implicit for Nodes {
     }
 
     fn bounds(&self) -> Bounds {
-        Bounds::of([self.grid.node(IVec3::ZERO), self.grid.node(self.grid.cells())])
+        Bounds::of([
+            self.grid.node(IVec3::ZERO),
+            self.grid.node(self.grid.cells()),
+        ])
     }
 }
 
@@ -146,7 +149,10 @@ fn all_patterns() {
             });
             for tolerance in [f64::INFINITY, 1e-6] {
                 let mesh = contoured(&nodes, tolerance);
-                check(&mesh, &format!("corners {corners:#b}, seed {seed}, {tolerance}"));
+                check(
+                    &mesh,
+                    &format!("corners {corners:#b}, seed {seed}, {tolerance}"),
+                );
                 assert!(mesh.volume() > 0.0);
             }
         }
