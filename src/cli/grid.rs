@@ -233,6 +233,7 @@ impl Figures {
             "face_vertices": self.work.vertices[1],
             "edge_vertices": self.work.vertices[2],
             "rings": self.work.rings,
+            "mends": self.work.mends,
             "queries": self.work.queries,
         })
     }
@@ -257,8 +258,8 @@ impl Figures {
         ));
         let [cells, faces, edges] = self.work.vertices;
         say(format_args!(
-            "vertices: {cells} in cells, {faces} on faces, {edges} on edges; {} closest-point queries",
-            self.work.queries
+            "vertices: {cells} in cells, {faces} on faces, {edges} on edges, {} mended; {} closest-point queries",
+            self.work.mends.split, self.work.queries
         ));
         say(format_args!(
             "seconds: field {:.3}, band {:.3}, contour {:.3}",

@@ -20,10 +20,11 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::IVec3;
+use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
+use smallvec::SmallVec;
 
 use super::grid::Grid;
 use super::implicit::{Implicit, Sample};
@@ -378,14 +379,20 @@ impl<I: Implicit> Search<'_, I> {
                 self.inner(fill, low, side / 2, centre.element);
             }
         } else {
-            for node in box_nodes(low, side) {
-                let way = (self.grid.node(node) - self.grid.node(at)).length();
-                if node == at {
-                    fill.node(node, &centre, self.width());
-                } else if centre.value.abs() - way > self.width() {
-                    fill.side(node, centre.value);
-                } else {
-                    self.node(fill, node, centre.element);
+            // Each value bounds those of the nodes around it.
+            let mut known = SmallVec::<[(DVec3, f64); 8]>::new();
+            known.push((self.grid.node(at), centre.value));
+            fill.node(at, &centre, self.width());
+            for node in box_nodes(low, side).filter(|&node| node != at) {
+                let p = self.grid.node(node);
+                let bound = |&(q, value): &(DVec3, f64)| value.abs() - p.distance(q);
+                let tightest = known.iter().find(|k| bound(k) > self.width());
+                if let Some((_, value)) = tightest {
+                    fill.side(node, *value);
+                } else if node.cmplt(self.nodes).all() {
+                    let sample = self.sample(node, centre.element);
+                    known.push((p, sample.value));
+                    fill.node(node, &sample, self.width());
                 }
             }
         }

@@ -11,7 +11,7 @@ use super::grid::Grid;
 use super::implicit::Implicit;
 use super::pattern::{Pattern, edge_corners, face_edges, pattern, trace_of};
 use super::qef;
-use super::vertex::{CellVertex, Finder};
+use super::vertex::{Finder, Vertex};
 
 /// The active cells of a block.
 pub(super) struct CellBlock {
@@ -22,7 +22,7 @@ pub(super) struct CellBlock {
     sides: Vec<[u8; 2]>,
     /// Number of the first vertex within the block, by active cell.
     first: Vec<u32>,
-    vertices: Vec<CellVertex>,
+    vertices: Vec<Vertex>,
     /// Number of the block's first vertex in the mesh.
     start: u32,
 }
@@ -33,13 +33,13 @@ pub(super) struct CellRef<'a> {
     pub corners: u8,
     pub joined: u8,
     pub pattern: &'static Pattern,
-    vertices: &'a [CellVertex],
+    vertices: &'a [Vertex],
     first: u32,
 }
 
 impl<'a> CellRef<'a> {
     /// The vertex of the loop that this crossed edge is in, and its number.
-    pub fn vertex(&self, edge: usize) -> (u32, &'a CellVertex) {
+    pub fn vertex(&self, edge: usize) -> (u32, &'a Vertex) {
         let i = usize::from(self.pattern.loop_of[edge]);
         (self.first + i as u32, &self.vertices[i])
     }
@@ -85,10 +85,8 @@ impl Cells {
     }
 
     /// All vertices, in the order of their numbers.
-    pub fn positions(&self) -> impl Iterator<Item = DVec3> + '_ {
-        self.blocks
-            .iter()
-            .flat_map(|b| b.vertices.iter().map(|v| v.position))
+    pub fn vertices(&self) -> impl Iterator<Item = &Vertex> {
+        self.blocks.iter().flat_map(|b| &b.vertices)
     }
 
     /// Number of vertices.

@@ -26,7 +26,7 @@ use super::edges::{Edges, Hermite, node_of};
 use super::grid::Grid;
 use super::implicit::Implicit;
 use super::pattern::{face_edges, trace_of};
-use super::vertex::{CellVertex, Finder};
+use super::vertex::{Finder, Vertex, stray};
 
 /// A chord is asked about where the normals at its ends let it stray by more
 /// than this fraction of the tolerance.
@@ -37,7 +37,7 @@ struct FaceBlock {
     key: IVec3,
     /// `(6 cell + 2 axis + trace, number within the block)`, sorted.
     codes: Vec<u16>,
-    positions: Vec<DVec3>,
+    vertices: Vec<Vertex>,
     start: u32,
 }
 
@@ -46,16 +46,6 @@ pub(super) struct Faces {
     blocks: Vec<FaceBlock>,
     pub queries: u64,
     places: FxHashMap<IVec3, u32>,
-}
-
-/// How far a chord may stray, from the normals at its ends: a quarter more
-/// than an arc between them would.
-pub(super) fn stray(a: &CellVertex, b: &CellVertex) -> f64 {
-    if a.sharp || b.sharp {
-        return f64::INFINITY;
-    }
-    let turn = (a.normal - b.normal).length();
-    0.16 * f64::from(turn) * a.position.distance(b.position)
 }
 
 impl Faces {
@@ -94,7 +84,7 @@ impl Faces {
             queries += asked;
             if !block.codes.is_empty() {
                 block.start = start;
-                start += block.positions.len() as u32;
+                start += block.vertices.len() as u32;
                 blocks.push(block);
             }
         }
@@ -114,14 +104,14 @@ impl Faces {
         Some(block.start + i as u32)
     }
 
-    /// Positions in the order of the numbers.
-    pub fn positions(&self) -> impl Iterator<Item = DVec3> + '_ {
-        self.blocks.iter().flat_map(|b| b.positions.iter().copied())
+    /// All vertices, in the order of their numbers.
+    pub fn vertices(&self) -> impl Iterator<Item = &Vertex> {
+        self.blocks.iter().flat_map(|b| &b.vertices)
     }
 
     /// Number of vertices.
     pub fn vertex_count(&self) -> usize {
-        self.blocks.iter().map(|b| b.positions.len()).sum()
+        self.blocks.iter().map(|b| b.vertices.len()).sum()
     }
 }
 
@@ -145,7 +135,7 @@ impl<I: Implicit> Work<'_, I> {
         let mut out = FaceBlock {
             key: self.block.key,
             codes: Vec::new(),
-            positions: Vec::new(),
+            vertices: Vec::new(),
             start: 0,
         };
         let block = self.block;
@@ -170,7 +160,7 @@ impl<I: Implicit> Work<'_, I> {
                 for trace in 0..2 {
                     if let Some(found) = self.trace(place, cell, other, axis, trace) {
                         out.codes.push(code(at, axis, trace));
-                        out.positions.push(found);
+                        out.vertices.push(found);
                     }
                 }
             }
@@ -186,7 +176,7 @@ impl<I: Implicit> Work<'_, I> {
         other: CellRef,
         axis: usize,
         trace: usize,
-    ) -> Option<DVec3> {
+    ) -> Option<Vertex> {
         let face = 2 * axis;
         let ambiguous = cell.pattern.is_ambiguous(face);
         if trace == 1 && !ambiguous {
@@ -223,8 +213,11 @@ impl<I: Implicit> Work<'_, I> {
                 self.apart_on_face(place, cell, face, trace),
             ];
             let allowed = |p: DVec3| apart.iter().flatten().all(|a| a.allows(p));
-            let found = finder.on_face(axis, start, allowed).position;
-            Some(if allowed(found) { found } else { start })
+            let mut found = finder.on_face(axis, start, allowed).vertex();
+            if !allowed(found.position) {
+                found.position = start;
+            }
+            Some(found)
         } else {
             let (_, a) = cell.vertex(edge);
             let (_, b) = other.vertex(face_edges(face + 1)[i]);
@@ -238,7 +231,7 @@ impl<I: Implicit> Work<'_, I> {
 
     /// The vertex that splits a chord, if it strays too far and the vertex
     /// mends that.
-    fn split(&self, finder: &mut Finder<I>, axis: usize, chord: [DVec3; 2]) -> Option<DVec3> {
+    fn split(&self, finder: &mut Finder<I>, axis: usize, chord: [DVec3; 2]) -> Option<Vertex> {
         let [a, b] = chord;
         let hint = finder.crossings[0].element;
         let (middle, _) = finder.sample(0.5 * (a + b), hint);
@@ -250,7 +243,7 @@ impl<I: Implicit> Work<'_, I> {
         let mut start = b.lerp(a, way);
         start[axis] = plane;
         let found = finder.on_face(axis, start, |_| true);
-        (found.value.abs() < 0.5 * middle.value.abs()).then_some(found.position)
+        (found.value.abs() < 0.5 * middle.value.abs()).then(|| found.vertex())
     }
 
     /// What keeps the loop through an edge apart from the cell's others.

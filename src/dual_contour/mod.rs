@@ -4,7 +4,7 @@
 //! Freeform Models with Triangular Meshes", sections IV to VI. Stage by stage:
 //!
 //! ```text
-//! implicit, grid -> band -> edges -> cells -> faces -> polygon -> mesh
+//! implicit, grid -> band -> edges -> cells -> faces -> polygon -> mend -> mesh
 //! ```
 //!
 //! * [`Implicit`]: the solid; what the offset and the thickening bring along.
@@ -15,13 +15,14 @@
 //! * `cells`: a vertex for each loop of each cell (`vertex`, `qef`).
 //! * `faces`: further vertices where chords stray.
 //! * `polygon`: triangles around each crossed edge.
+//! * `mend`: what still strays, split where that cuts nothing.
 //!
 //! # What is promised
 //!
 //! The mesh is closed, manifold and outward, and no two triangles meet but in
 //! common vertices and edges. That rests on where the vertices are (strictly
 //! inside their cells, faces and edges) and on exact predicates, not on how
-//! good they are. Same input, same bytes, on any number of threads.
+//! good they are; mending tests each new triangle against all near it. Same input, same bytes, on any number of threads.
 //!
 //! # What is not
 //!
@@ -34,6 +35,7 @@ mod edges;
 mod faces;
 mod grid;
 mod implicit;
+mod mend;
 mod pattern;
 mod polygon;
 mod qef;
@@ -55,6 +57,7 @@ pub use band::{FilterCounts, Filters};
 pub use edges::CrossingCounts;
 pub use grid::{CellBox, Grid, Precision};
 pub use implicit::{Crossing, Implicit, Sample};
+pub use mend::MendCounts;
 pub use polygon::RingCounts;
 
 /// How to contour.
@@ -87,6 +90,8 @@ pub struct Work {
     pub vertices: [usize; 3],
     /// How rings were triangulated.
     pub rings: RingCounts,
+    /// What was mended afterwards.
+    pub mends: MendCounts,
     /// Closest-point queries in all.
     pub queries: u64,
     /// Building the band.
@@ -138,16 +143,26 @@ pub fn contour(
         (in_cells + on_faces) as u32,
     );
     let crossings = edges.counts;
-    let vertices = [in_cells, on_faces, on_edges.len()];
-    let queries =
-        filters.distances + crossings.queries + cells.queries + faces.queries + rings.queries;
+    let asked = filters.distances + crossings.queries + cells.queries + faces.queries;
+    let counts = [in_cells, on_faces, on_edges.len()];
     drop(edges);
-    let mut positions = Vec::with_capacity(vertices.iter().sum());
-    positions.extend(cells.positions());
+    let mut vertices = Vec::with_capacity(counts.iter().sum());
+    vertices.extend(cells.vertices());
     drop(cells);
-    positions.extend(faces.positions());
+    vertices.extend(faces.vertices());
     drop(faces);
-    positions.extend(on_edges);
+    vertices.extend(on_edges);
+
+    progress("mend", 0, 0);
+    let mut triangles = triangles;
+    let mends = mend::mend(
+        solid,
+        grid,
+        settings.tolerance,
+        &mut vertices,
+        &mut triangles,
+    );
+    let positions = vertices.into_iter().map(|v| v.position).collect();
     Contour {
         mesh: TriMesh {
             positions,
@@ -156,9 +171,10 @@ pub fn contour(
         work: Work {
             filters,
             crossings,
-            vertices,
+            vertices: counts,
             rings,
-            queries,
+            mends,
+            queries: asked + rings.queries + mends.queries,
             band_seconds,
             contour_seconds: start.elapsed().as_secs_f64() - band_seconds,
         },

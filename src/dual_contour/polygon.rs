@@ -19,11 +19,11 @@ use smallvec::SmallVec;
 use super::band::{block_of, local};
 use super::cells::{CellBlock, CellRef, Cells, around, numbers_around};
 use super::edges::{EdgeBlock, Edges, node_of};
-use super::faces::{Faces, stray};
+use super::faces::Faces;
 use super::grid::Grid;
 use super::implicit::Implicit;
 use super::pattern::trace_of;
-use super::vertex::CellVertex;
+use super::vertex::{Vertex, stray};
 
 /// How the rings were triangulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -55,12 +55,11 @@ const OWN: u32 = 1 << 31;
 #[derive(Default)]
 struct Piece {
     triangles: Vec<[u32; 3]>,
-    own: Vec<DVec3>,
+    own: Vec<Vertex>,
     counts: RingCounts,
 }
 
-/// Triangles, and the positions of the vertices on edges, which are numbered
-/// from `start` on.
+/// Triangles, and the vertices on edges, which are numbered from `start` on.
 pub(super) fn triangulate(
     solid: &impl Implicit,
     grid: &Grid,
@@ -69,7 +68,7 @@ pub(super) fn triangulate(
     faces: &Faces,
     tolerance: f64,
     start: u32,
-) -> (Vec<[u32; 3]>, Vec<DVec3>, RingCounts) {
+) -> (Vec<[u32; 3]>, Vec<Vertex>, RingCounts) {
     let pieces: Vec<Piece> = edges
         .blocks
         .par_iter()
@@ -137,7 +136,7 @@ impl<'a, I: Implicit> Work<'a, I> {
             return;
         };
         let cells = [p, q, r, s];
-        let corners: [(u32, &CellVertex); 4] = std::array::from_fn(|i| cells[i].vertex(numbers[i]));
+        let corners: [(u32, &Vertex); 4] = std::array::from_fn(|i| cells[i].vertex(numbers[i]));
         // The face between a cell of the ring and the next is the lower face
         // of one of the two.
         let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -173,12 +172,7 @@ impl<'a, I: Implicit> Work<'a, I> {
 
     /// From which vertex of the ring on the diagonal should run; none if a
     /// fan is needed.
-    fn diagonal(
-        &mut self,
-        ring: &[(u32, &CellVertex); 4],
-        node: IVec3,
-        axis: usize,
-    ) -> Option<usize> {
+    fn diagonal(&mut self, ring: &[(u32, &Vertex); 4], node: IVec3, axis: usize) -> Option<usize> {
         let ends = [node, node + IVec3::AXES[axis]].map(|n| coord(self.grid.node(n)));
         let points = ring.map(|(_, v)| v.position);
         let convex = |i: usize| {
@@ -218,10 +212,13 @@ impl<'a, I: Implicit> Work<'a, I> {
 
     /// Triangles from the crossing to each side of the ring.
     fn fan(&mut self, ring: &[u32], axis: usize, at: usize, up: bool) {
-        let mut point = self.grid.node(self.block.node(at));
-        (point[axis], _) = self.block.crossing(axis, at);
+        let crossing = self.block.hermite(self.solid, self.grid, axis, at);
         let centre = OWN | self.piece.own.len() as u32;
-        self.piece.own.push(point);
+        self.piece.own.push(Vertex {
+            position: crossing.point,
+            normal: crossing.normal.as_vec3(),
+            sharp: false,
+        });
         for (i, &v) in ring.iter().enumerate() {
             self.emit([centre, v, ring[(i + 1) % ring.len()]], up);
         }

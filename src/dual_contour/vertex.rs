@@ -29,18 +29,38 @@ const CORNER: f64 = 0.08;
 /// A value below this times the cell is zero.
 const ZERO: f64 = 1e-9;
 
+/// A step to the surface from a value below this times the cell needs no query
+/// to verify it: what it misses is of the square of that over the radius of
+/// curvature.
+const NEXT_TO: f64 = 1e-3;
+
 /// Steps after which elements that did not meet are given up: three or four to
 /// the meeting place, for each of a few changes of elements.
 const MEETING_STEPS: usize = 40;
 
-/// Vertex of the result within a cell.
+/// Vertex of the result.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CellVertex {
+pub(super) struct Vertex {
     pub position: DVec3,
     /// Outward normal of the surface, or of one of its sides on a crease.
     pub normal: Vec3,
     /// On a crease or corner.
     pub sharp: bool,
+}
+
+/// How far the chord between two vertices may stray, from their normals: a
+/// quarter more than an arc between them would. From a sharp vertex, whose
+/// normal is that of one side only, the chord to a smooth one strays if it
+/// leaves that one's tangent plane; between two sharp ones it may do anything.
+pub(super) fn stray(a: &Vertex, b: &Vertex) -> f64 {
+    let chord = a.position - b.position;
+    let off = |v: &Vertex| 0.3 * chord.dot(v.normal.as_dvec3()).abs();
+    match (a.sharp, b.sharp) {
+        (false, false) => 0.16 * f64::from((a.normal - b.normal).length()) * chord.length(),
+        (true, false) => off(b),
+        (false, true) => off(a),
+        (true, true) => f64::INFINITY,
+    }
 }
 
 /// What a vertex is looked for with.
@@ -61,13 +81,29 @@ pub(super) struct Finder<'a, I> {
 pub(super) struct Candidate {
     pub position: DVec3,
     pub value: f64,
-    gradient: DVec3,
+    pub gradient: DVec3,
+    pub sharp: bool,
+}
+
+impl Candidate {
+    /// Whether the surface turns between two places as at a crease.
+    pub fn turned(&self, other: &Candidate) -> bool {
+        self.gradient.dot(other.gradient) < SPREAD
+    }
+
+    pub fn vertex(&self) -> Vertex {
+        Vertex {
+            position: self.position,
+            normal: self.gradient.as_vec3(),
+            sharp: self.sharp,
+        }
+    }
 }
 
 impl<I: Implicit> Finder<'_, I> {
     /// The vertex of a loop; `allowed` tells whether a place strictly inside
     /// the cell will do. The mass point has to.
-    pub fn in_cell(&mut self, allowed: impl Fn(DVec3) -> bool) -> CellVertex {
+    pub fn in_cell(&mut self, allowed: impl Fn(DVec3) -> bool) -> Vertex {
         let cell = self.cell;
         let fits = |p: DVec3| cell.contains(p) && allowed(p);
         let mass = qef::mass_point(self.crossings);
@@ -77,10 +113,10 @@ impl<I: Implicit> Finder<'_, I> {
             None
         };
         let found = crease.unwrap_or_else(|| self.smooth(mass, &fits));
-        CellVertex {
-            position: self.grid.settle(found.position, &self.cell),
-            normal: found.gradient.as_vec3(),
+        Vertex {
+            position: self.grid.settle(found.position, &cell),
             sharp: crease.is_some(),
+            ..found.vertex()
         }
     }
 
@@ -103,6 +139,7 @@ impl<I: Implicit> Finder<'_, I> {
             None
         };
         let mut found = crease.unwrap_or_else(|| self.smooth(start, &fits));
+        found.sharp = crease.is_some();
         found.position = self.grid.settle_on_face(found.position, &cell, axis);
         found
     }
@@ -118,6 +155,7 @@ impl<I: Implicit> Finder<'_, I> {
             position: p,
             value: s.value,
             gradient: s.gradient,
+            sharp: false,
         };
         (found, s.element)
     }
@@ -238,7 +276,7 @@ impl<I: Implicit> Finder<'_, I> {
     /// Where all elements have a value of zero, near `start`, and no other
     /// element says otherwise: Newton's method, and elements changed for
     /// nearer ones.
-    fn meet(&mut self, elements: &mut [u32], start: DVec3) -> Option<Candidate> {
+    pub fn meet(&mut self, elements: &mut [u32], start: DVec3) -> Option<Candidate> {
         let mut p = start;
         for _ in 0..MEETING_STEPS {
             let mut values: SmallVec<[f64; 3]> = SmallVec::new();
@@ -298,7 +336,7 @@ impl<I: Implicit> Finder<'_, I> {
     }
 
     /// Walks to the surface as long as that stays where it fits.
-    fn descend(&mut self, start: DVec3, hint: u32, fits: &impl Fn(DVec3) -> bool) -> Candidate {
+    pub fn descend(&mut self, start: DVec3, hint: u32, fits: &impl Fn(DVec3) -> bool) -> Candidate {
         let (mut best, mut hint) = self.sample(start, hint);
         let mut here = best;
         for _ in 0..5 {
@@ -312,6 +350,11 @@ impl<I: Implicit> Finder<'_, I> {
             let Some(next) = reached.into_iter().find(|&p| fits(p)) else {
                 break;
             };
+            if here.value.abs() <= NEXT_TO * self.grid.cell() && next == reached[0] {
+                best.position = next;
+                best.value = 0.0;
+                break;
+            }
             (here, hint) = self.sample(next, hint);
             if here.value.abs() < best.value.abs() {
                 best = here;

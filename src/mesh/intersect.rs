@@ -57,6 +57,17 @@ pub fn self_intersections(mesh: &TriMesh) -> Vec<(FaceId, FaceId)> {
     pairs
 }
 
+/// Whether two triangles have a point in common beyond the corners and edges
+/// that they share, as [`self_intersections`] tells it. Corners with the same
+/// name are shared. True if either has no area or is not finite.
+pub fn clash(corners: [[DVec3; 3]; 2], names: [[u32; 3]; 2]) -> bool {
+    let [a, b] = [0, 1].map(|i| Solid::named(0, corners[i], names[i]));
+    match (a, b) {
+        (Some(a), Some(b)) => a.clashes(&b),
+        _ => true,
+    }
+}
+
 /// A triangle with area.
 struct Solid {
     face: FaceId,
@@ -75,6 +86,10 @@ impl Solid {
             corners[k] = *positions.get(index as usize)?;
             places[k] = place[index as usize];
         }
+        Solid::named(face, corners, places)
+    }
+
+    fn named(face: usize, corners: [DVec3; 3], places: [u32; 3]) -> Option<Solid> {
         if !corners.iter().all(|corner| corner.is_finite()) {
             return None;
         }

@@ -171,7 +171,7 @@ pub struct Offset {
 }
 
 /// Triangles at which the deviation is sampled.
-const SAMPLES: usize = 10_000;
+const SAMPLES: usize = 5_000;
 
 /// The offset surface of a part; coping tags do not matter.
 ///
