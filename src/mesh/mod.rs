@@ -7,6 +7,7 @@
 mod checks;
 mod edges;
 mod error;
+mod intersect;
 mod measure;
 pub mod midsurface;
 mod orient;
@@ -17,6 +18,7 @@ use glam::DVec3;
 pub use checks::PartOptions;
 pub use edges::{EdgeCensus, EdgeUse, EdgeUses};
 pub use error::{EdgeReport, PartError, PartWarning};
+pub use intersect::self_intersections;
 pub use measure::Bounds;
 pub use weld::{Weld, weld_exact, weld_within};
 
