@@ -34,6 +34,7 @@ pub mod io;
 pub mod lattice;
 pub mod mesh;
 pub mod post;
+pub mod subdivide;
 pub mod tags;
 pub mod trace;
 pub mod vertices;
