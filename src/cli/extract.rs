@@ -262,7 +262,7 @@ fn json_file(args: &Args) -> Option<&Path> {
 }
 
 /// A name by which equal files are equal.
-fn identity(file: &Path) -> PathBuf {
+pub(super) fn identity(file: &Path) -> PathBuf {
     if let Ok(whole) = file.canonicalize() {
         return whole;
     }

@@ -12,6 +12,7 @@ mod input;
 mod memory;
 mod progress;
 mod report;
+mod subdivide;
 mod tags;
 mod thickness;
 
@@ -24,7 +25,7 @@ use miette::MietteHandlerOpts;
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done
-  1    done, but a requested check failed (the result has cracks)
+  1    done, but a requested check failed (the result has cracks, folds or cuts itself)
   2    wrong usage or bad input; nothing was written
   4    no usable result; nothing was written
   130  interrupted
@@ -44,6 +45,7 @@ struct Cli {
 enum Command {
     Extract(extract::Args),
     Info(info::Args),
+    Subdivide(subdivide::Args),
     Tags(tags::Args),
 }
 
@@ -66,6 +68,7 @@ pub fn run() -> ExitCode {
     let outcome = match cli.command {
         Command::Extract(args) => extract::run(args),
         Command::Info(args) => info::run(args),
+        Command::Subdivide(args) => subdivide::run(args),
         Command::Tags(args) => tags::run(args),
     };
     match outcome {

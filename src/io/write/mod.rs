@@ -6,6 +6,7 @@
 mod csv;
 mod obj;
 mod ply;
+mod solid;
 mod stage;
 mod stl;
 mod vtu;
@@ -16,6 +17,7 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
+pub use solid::{SolidFormat, write_solid};
 pub use stage::{Staged, check_target, stage};
 
 use crate::mesh::midsurface::{BorderKind, MidSurface, VertexKind};

@@ -1,0 +1,1 @@
+//! Facts about limit surfaces and crusts.
