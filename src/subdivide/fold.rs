@@ -19,11 +19,9 @@ use super::limit::LimitSurface;
 /// same at every level, as the crust ripples anew in every face.
 const FINE: usize = 24;
 
-/// The same for surfaces of many faces.
-const COARSE: usize = 12;
-
-/// Faces from which on the coarse sampling is taken.
-const MANY: usize = 3000;
+/// Samples beyond which they are taken more coarsely, and the least a side.
+const MOST: usize = 4_000_000;
+const COARSE: usize = 6;
 
 /// A normal shorter than that, against the mean, is the rounding of a
 /// degenerate place.
@@ -61,7 +59,7 @@ impl FoldFree {
 /// with finer sampling.
 pub fn fold_free(surface: &LimitSurface) -> [FoldFree; 2] {
     let faces = surface.face_count();
-    let n = if faces < MANY { FINE } else { COARSE };
+    let n = ((MOST / faces.max(1)).isqrt()).clamp(COARSE, FINE);
     let unit = Crust::offset(surface, 1.0);
     let typical = surface.mesh().cage().diagonal().powi(2) / faces as f64;
     let of_face = |face: usize| {

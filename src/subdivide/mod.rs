@@ -53,7 +53,7 @@ pub use solid::{Hollow, folded};
 use crate::mesh::{FaceId, TriMesh, self_intersections};
 
 /// Samples of a shell up to which a level is tried for `--tolerance`.
-const MOST_TRIED: usize = 4_000_000;
+const MOST_TRIED: usize = 2_000_000;
 
 /// Most Catmull-Clark steps.
 pub const MOST_LEVELS: u32 = 12;
@@ -351,9 +351,14 @@ fn choose(
         if laid.trial.epsilon <= tolerance && settings.thickness < free {
             return Ok((laid, trials));
         }
+        // Folds come earlier with every level, so once they are there and do
+        // not recede they stay.
+        let before = trials.iter().rev().nth(1);
+        let stays = |before: &Trial| before.fold_free(settings.scheme).thickness >= free;
+        let hopeless = settings.thickness >= free && before.is_some_and(stays);
         let finer = 4 * laid.surface.face_count();
         let points = finer.saturating_mul(settings.samples * settings.samples);
-        if points > MOST_TRIED || level == MOST_LEVELS {
+        if hopeless || points > MOST_TRIED || level == MOST_LEVELS {
             return Err(SubdivideError::NoLevel {
                 thickness: settings.thickness,
                 tolerance,
