@@ -347,8 +347,7 @@ pub struct Face<'a> {
 impl Face<'_> {
     /// As [`LimitSurface::at`].
     pub fn at(&self, u: f64, v: f64) -> Jet {
-        // NaN becomes 0.
-        let [u, v] = [u, v].map(|t| t.max(0.0).min(1.0));
+        let [u, v] = [u, v].map(|t| t.clamp(0.0, 1.0));
         match (&self.patch, &self.surface.cells[self.face]) {
             (Some(patch), _) => patch.jet(u, v),
             (None, Cell::Split(quarters)) => self.surface.at_quarter(quarters, u, v),
@@ -429,9 +428,7 @@ fn regular(mesh: &Quads, face: usize) -> Patch {
     }
     for (k, edge, on, inside) in [(3, 0, 1, 2), (1, 3, 2, 1)] {
         if open[k] {
-            for j in 0..4 {
-                net[edge][j] = 2.0 * net[on][j] - net[inside][j];
-            }
+            net[edge] = std::array::from_fn(|j| 2.0 * net[on][j] - net[inside][j]);
         }
     }
     for (k, edge, on, inside) in [(0, 0, 1, 2), (2, 3, 2, 1)] {

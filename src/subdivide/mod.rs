@@ -9,7 +9,7 @@
 //!                     └──────── fold, closest ────────┘
 //! ```
 //!
-//! * [`Cage`]: the checked control mesh. [`refine`]: one step (2.1).
+//! * [`Cage`]: the checked control mesh. [`refine()`]: one step (2.1).
 //! * [`LimitSurface`]: point and derivatives at any (u, v), corners by (2.2)
 //!   and (2.3).
 //! * [`Crust`]: the offset (3.2), and the interpolating surface (2.5).
@@ -48,7 +48,7 @@ pub use grid::{Grid, MOST_POINTS, Samples};
 pub use limit::{Face, LimitSurface, MOST_SAMPLES};
 pub use patch::Jet;
 pub use refine::{Boundary, Quads, refine};
-pub use solid::{Hollow, folded};
+pub use solid::{Hollow, folded, shell_between};
 
 use crate::mesh::{FaceId, TriMesh, self_intersections};
 
@@ -250,6 +250,34 @@ pub fn hollow_out(
     })
 }
 
+/// The limit surface alone as triangles, closed where the mesh is. Also the
+/// level, at least the one asked for, whose faces the samples divide.
+///
+/// With [`shell_between`] it serves walls that other means than the crust lay
+/// on the surface: those that offset a triangle mesh.
+///
+/// # Errors
+///
+/// [`SubdivideError`].
+pub fn tessellate(
+    cage: &Cage,
+    level: u32,
+    samples: usize,
+    boundary: Boundary,
+) -> Result<(TriMesh, u32), SubdivideError> {
+    let (mesh, level) = refined(cage, level, boundary)?;
+    let surface = LimitSurface::new(mesh, boundary)?;
+    let grid = grid(&surface, samples)?;
+    let none = Crust::offset(&surface, 0.0);
+    let positions = grid.sample(&surface, &none, Scheme::Crust).outer;
+    let triangles = grid.triangles();
+    let mesh = TriMesh {
+        positions,
+        triangles,
+    };
+    Ok((mesh, level))
+}
+
 /// The surface through the control vertices, (2.5): one sheet, closed where
 /// the mesh is. Also the level it lies on.
 ///
@@ -282,8 +310,8 @@ fn refined(cage: &Cage, level: u32, boundary: Boundary) -> Result<(Quads, u32), 
         return Err(SubdivideError::Levels(level));
     }
     let (mut mesh, mut done) = match Quads::new(cage.clone()) {
-        Ok(mesh) => (mesh, 0),
-        Err(cage) => (refine(&cage, boundary)?, 1),
+        Some(mesh) => (mesh, 0),
+        None => (refine(cage, boundary)?, 1),
     };
     while done < level {
         mesh = refine(mesh.cage(), boundary)?;

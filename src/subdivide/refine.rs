@@ -30,13 +30,9 @@ impl Boundary {
 pub struct Quads(Cage);
 
 impl Quads {
-    /// The cage, if all its faces have four corners; else it comes back.
-    pub fn new(cage: Cage) -> Result<Quads, Cage> {
-        if cage.is_quads() {
-            Ok(Quads(cage))
-        } else {
-            Err(cage)
-        }
+    /// The cage, if all its faces have four corners.
+    pub fn new(cage: Cage) -> Option<Quads> {
+        cage.is_quads().then_some(Quads(cage))
     }
 
     /// The mesh.

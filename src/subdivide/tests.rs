@@ -490,3 +490,15 @@ fn bad_settings_are_refused() {
     let zero = refused(settings(0.1, Level::Tolerance(0.0)));
     assert_eq!(zero, Some(SubdivideError::Tolerance(0.0)));
 }
+
+#[test]
+fn an_inner_wall_from_elsewhere_fits_in() {
+    let (outer, level) = tessellate(&cage("cube"), 2, 4, Boundary::default()).expect("small");
+    assert_eq!(level, 2);
+    let mut inner = outer.clone();
+    inner.positions.iter_mut().for_each(|p| *p *= 0.5);
+    let solid = shell_between(&outer, &inner);
+    assert!(solid.edges().census().is_closed());
+    assert!((solid.volume() / outer.volume() - 0.875).abs() < 1e-12);
+    assert!(self_intersections(&solid).is_empty());
+}
