@@ -1,5 +1,6 @@
 //! `midsurf subdivide`: control mesh in, hollow solid and report out.
 
+use std::cell::RefCell;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -166,20 +167,22 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         scheme: args.scheme(),
         boundary: args.boundary(),
     };
-    let solid = hollow_out(&control.cage, &settings, &|stage| {
-        progress.show(stage, 0, 0)
-    })
-    .map_err(|error| failed(&error, &args.control))?;
+    let stages = RefCell::new(Vec::new());
+    let show = |stage| {
+        progress.show(stage, 0, 0);
+        stages.borrow_mut().push((stage, Instant::now()));
+    };
+    let solid = hollow_out(&control.cage, &settings, &show)
+        .map_err(|error| failed(&error, &args.control))?;
 
-    progress.show("writing", 0, 0);
-    let worked = start.elapsed().as_secs_f64();
+    show("writing");
     let thickness = [solid.thickness.as_slice(), &solid.thickness].concat();
     let staged = stage_all(&args, &solid.hollow.mesh, &thickness)?;
     let warnings = warnings(&solid, &settings);
+    show("report");
     let seconds = json!({
         "read": read,
-        "work": worked - read,
-        "write": start.elapsed().as_secs_f64() - worked,
+        "stages": by_stage(&stages.borrow()),
         "total": start.elapsed().as_secs_f64(),
     });
     let mut report = report(&args, &control, &settings, &solid);
@@ -198,6 +201,17 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     } else {
         ExitCode::from(1)
     })
+}
+
+/// Seconds by stage, those of the same name together.
+fn by_stage(stages: &[(&'static str, Instant)]) -> Value {
+    let mut seconds = serde_json::Map::new();
+    for pair in stages.windows(2) {
+        let before = seconds.get(pair[0].0).and_then(Value::as_f64);
+        let this = pair[1].1.duration_since(pair[0].1).as_secs_f64();
+        seconds.insert(pair[0].0.to_owned(), json!(before.unwrap_or(0.0) + this));
+    }
+    Value::Object(seconds)
 }
 
 /// Reads and checks the control mesh; one that is inside out is turned.

@@ -7,6 +7,7 @@ use super::grid::{Grid, Samples};
 use super::limit::LimitSurface;
 use super::patch::Jet;
 use crate::field::Field;
+use crate::mesh::FaceId;
 
 /// Most steps of one search.
 const STEPS: usize = 40;
@@ -40,25 +41,30 @@ pub(super) fn thickness(
         .collect();
     let field = Field::from_triangles(corners, triangles.to_vec(), Vec::new());
     let n = grid.steps();
+    // A triangle at the sample's own outer point is a near one to begin with.
+    let mut own = vec![FaceId(0); samples.outer.len()];
+    for (triangle, corners) in triangles.iter().enumerate() {
+        for &corner in corners {
+            own[corner as usize] = FaceId(triangle as u32);
+        }
+    }
     samples
         .inner
         .par_iter()
         .zip(&samples.outer)
-        .map(|(&p, &own)| {
-            let near = field.footpoint(p);
-            let start = place_of(
-                n,
-                near.face.index(),
-                |k| samples.outer[triangles[near.face.index()][k] as usize],
-                near.point,
-            );
-            closest(surface, p, start).min(p.distance(own))
+        .zip(&own)
+        .map(|((&p, &above), &own)| {
+            let near = field.footpoint_near(p, own);
+            let triangle = near.face.index();
+            let corners = triangles[triangle].map(|v| samples.outer[v as usize]);
+            let start = place_of(n, triangle, corners, near.point);
+            closest(surface, p, start).min(p.distance(above))
         })
         .collect()
 }
 
 /// Parameters of a point in a triangle of the grid.
-fn place_of(n: usize, triangle: usize, corner: impl Fn(usize) -> DVec3, p: DVec3) -> Place {
+fn place_of(n: usize, triangle: usize, corners: [DVec3; 3], p: DVec3) -> Place {
     let (cell, upper) = (triangle / 2, triangle % 2 == 1);
     let (face, cell) = (cell / (n * n), cell % (n * n));
     let (i, j) = ((cell / n) as f64, (cell % n) as f64);
@@ -67,7 +73,7 @@ fn place_of(n: usize, triangle: usize, corner: impl Fn(usize) -> DVec3, p: DVec3
     } else {
         [(i, j), (i + 1.0, j), (i + 1.0, j + 1.0)]
     };
-    let (a, b) = (corner(1) - corner(0), corner(2) - corner(0));
+    let (a, b) = (corners[1] - corners[0], corners[2] - corners[0]);
     let normal = a.cross(b);
     let area = normal.length_squared();
     let share = |x: f64| {
@@ -77,7 +83,7 @@ fn place_of(n: usize, triangle: usize, corner: impl Fn(usize) -> DVec3, p: DVec3
             0.0
         }
     };
-    let offset = p - corner(0);
+    let offset = p - corners[0];
     let s = share(offset.cross(b).dot(normal));
     let t = share(a.cross(offset).dot(normal));
     let blend = |x: [f64; 3]| (x[0] + s * (x[1] - x[0]) + t * (x[2] - x[0])) / n as f64;

@@ -345,6 +345,7 @@ fn lay(
     progress("measuring");
     let thickness = closest::thickness(&surface, &grid, &samples, &triangles);
     let least = thickness.iter().copied().fold(f64::INFINITY, f64::min);
+    progress("folds");
     let trial = Trial {
         level,
         epsilon: settings.thickness - least,
