@@ -12,8 +12,8 @@ use super::crust::{Crust, Scheme, weight};
 use super::limit::{LimitSurface, MOST_SAMPLES};
 use super::patch::Scratch;
 
-/// Samples that a shell may have, so that both number in 32 bits with room.
-pub const MOST_POINTS: usize = 1 << 28;
+/// Samples that a shell may have: some 8 GB for a solid of both.
+pub const MOST_POINTS: usize = 1 << 25;
 
 /// Where samples lie, and which belong together.
 #[derive(Clone, Debug)]

@@ -99,7 +99,9 @@ pub enum SubdivideError {
     #[error("the tolerance {0} is not a positive length")]
     Tolerance(f64),
     /// None, or too many.
-    #[error("{samples} samples a side on {faces} faces: none, or more than can be numbered")]
+    #[error(
+        "{samples} samples a side on {faces} faces: one is the least, {MOST_POINTS} points in all the most"
+    )]
     Samples {
         /// Steps along a side.
         samples: usize,
@@ -121,13 +123,15 @@ pub enum SubdivideError {
     /// No level meets both demands.
     #[error(
         "no level is both within {tolerance} of the thickness {thickness} and free of folds: {}",
-        tried(.trials)
+        tried(.trials, *.scheme)
     )]
     NoLevel {
         /// Asked for.
         thickness: f64,
         /// Asked for.
         tolerance: f64,
+        /// Asked for.
+        scheme: Scheme,
         /// What each level gives.
         trials: Vec<Trial>,
     },
@@ -155,10 +159,10 @@ impl Trial {
     }
 }
 
-fn tried(trials: &[Trial]) -> String {
+fn tried(trials: &[Trial], scheme: Scheme) -> String {
     let each = trials.iter().map(|trial| {
-        let [epsilon, free] = [trial.epsilon, trial.fold_free[0].thickness];
-        let level = trial.level;
+        let Trial { level, epsilon, .. } = trial;
+        let free = trial.fold_free(scheme).thickness;
         format!("level {level} is short by {epsilon:.4} and folds beyond {free:.4}")
     });
     each.collect::<Vec<_>>().join("; ")
@@ -222,6 +226,7 @@ pub fn hollow_out(
     let forced = !cage.is_quads();
     let (laid, trials) = match settings.level {
         Level::Fixed(level) => {
+            fits(cage, level, settings.samples)?;
             let (mesh, level) = refined(cage, level, settings.boundary)?;
             let laid = lay(mesh, level, settings, progress)?;
             let trial = laid.trial;
@@ -265,6 +270,7 @@ pub fn tessellate(
     samples: usize,
     boundary: Boundary,
 ) -> Result<(TriMesh, u32), SubdivideError> {
+    fits(cage, level, samples)?;
     let (mesh, level) = refined(cage, level, boundary)?;
     let surface = LimitSurface::new(mesh, boundary)?;
     let grid = grid(&surface, samples)?;
@@ -290,6 +296,7 @@ pub fn interpolate(
     samples: usize,
     boundary: Boundary,
 ) -> Result<(TriMesh, u32), SubdivideError> {
+    fits(cage, level, samples)?;
     let (mesh, level) = refined(cage, level, boundary)?;
     let surface = LimitSurface::new(mesh, boundary)?;
     let grid = grid(&surface, samples)?;
@@ -306,9 +313,6 @@ pub fn interpolate(
 /// The mesh after some steps, at least as many as make it quadrilaterals; and
 /// how many those are.
 fn refined(cage: &Cage, level: u32, boundary: Boundary) -> Result<(Quads, u32), SubdivideError> {
-    if level > MOST_LEVELS {
-        return Err(SubdivideError::Levels(level));
-    }
     let (mut mesh, mut done) = match Quads::new(cage.clone()) {
         Some(mesh) => (mesh, 0),
         None => (refine(cage, boundary)?, 1),
@@ -318,6 +322,25 @@ fn refined(cage: &Cage, level: u32, boundary: Boundary) -> Result<(Quads, u32), 
         done += 1;
     }
     Ok((mesh, done))
+}
+
+/// Refuses what would be too many points before any memory is spent on them.
+fn fits(cage: &Cage, level: u32, samples: usize) -> Result<(), SubdivideError> {
+    if level > MOST_LEVELS {
+        return Err(SubdivideError::Levels(level));
+    }
+    // A step makes a face of every corner.
+    let faces = match level {
+        0 => cage.face_count(),
+        _ => cage
+            .corner_count()
+            .saturating_mul(4_usize.saturating_pow(level - 1)),
+    };
+    let points = faces.saturating_mul(samples.saturating_mul(samples));
+    if points > MOST_POINTS {
+        return Err(SubdivideError::Samples { samples, faces });
+    }
+    Ok(())
 }
 
 fn grid(surface: &LimitSurface, samples: usize) -> Result<Grid, SubdivideError> {
@@ -391,6 +414,7 @@ fn choose(
             return Err(SubdivideError::NoLevel {
                 thickness: settings.thickness,
                 tolerance,
+                scheme: settings.scheme,
                 trials,
             });
         }
