@@ -26,8 +26,10 @@ fn main() {
         return;
     }
     println!("points with unit normal and crust");
-    println!("| cage | level | points | set-up s | median s | fastest s | ns a point | threads |");
-    println!("|{}", " --- |".repeat(8));
+    println!(
+        "| cage | level | points | set-up s | fresh memory s | median s | fastest s | ns a point | threads |"
+    );
+    println!("|{}", " --- |".repeat(9));
     for (name, level) in [("torus", 1), ("genus3", 1), ("valence_mix", 0), ("head", 1)] {
         let threads = rayon::current_num_threads();
         for threads in [1, threads] {
@@ -82,18 +84,21 @@ fn million(name: &str, level: u32, threads: usize) {
             n += 1;
         }
         let grid = Grid::new(&surface, n).expect("few");
+        let per_million = POINTS as f64 / grid.len() as f64;
+        let start = Instant::now();
+        let mut samples = grid.sample(&surface, &crust, Scheme::Crust);
+        let fresh = start.elapsed().as_secs_f64() * per_million;
         let mut seconds: Vec<f64> = (0..RUNS)
             .map(|_| {
                 let start = Instant::now();
-                let samples = grid.sample(&surface, &crust, Scheme::Crust);
-                let time = start.elapsed().as_secs_f64();
-                std::hint::black_box(samples);
-                time * POINTS as f64 / grid.len() as f64
+                grid.sample_into(&surface, &crust, Scheme::Crust, &mut samples);
+                std::hint::black_box(&samples);
+                start.elapsed().as_secs_f64() * per_million
             })
             .collect();
         seconds.sort_by(f64::total_cmp);
         println!(
-            "| {name} | {level} | {} | {set_up:.4} | {:.4} | {:.4} | {:.1} | {threads} |",
+            "| {name} | {level} | {} | {set_up:.4} | {fresh:.4} | {:.4} | {:.4} | {:.1} | {threads} |",
             grid.len(),
             seconds[RUNS / 2],
             seconds[0],

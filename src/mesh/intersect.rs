@@ -30,8 +30,8 @@ const FANOUT: usize = 4;
 /// rounding (short of under- and overflow: products of three coordinate
 /// differences must be representable) nor on the number of threads.
 ///
-/// Time goes with the number of triangles and of overlapping boxes: about
-/// two seconds for a smooth mesh of a million triangles on one core.
+/// Time goes with the number of triangles and of overlapping boxes: about a
+/// second for a smooth mesh of a million triangles on one core.
 pub fn self_intersections(mesh: &TriMesh) -> Vec<(FaceId, FaceId)> {
     let place = weld_exact(&mesh.positions).new_index;
     let mut solids: Vec<Solid> = mesh

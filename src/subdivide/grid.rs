@@ -134,22 +134,25 @@ impl Grid {
 
     /// Both surfaces at all samples.
     pub fn sample(&self, surface: &LimitSurface, crust: &Crust, scheme: Scheme) -> Samples {
-        let mut samples = Samples {
-            outer: vec![DVec3::ZERO; self.len()],
-            normals: vec![DVec3::ZERO; self.len()],
-            inner: vec![DVec3::ZERO; self.len()],
-        };
+        let mut samples = Samples::default();
         self.sample_into(surface, crust, scheme, &mut samples);
         samples
     }
 
-    fn sample_into(
+    /// As [`Grid::sample`], into memory that is there already: to touch new
+    /// memory takes longer than the points.
+    pub fn sample_into(
         &self,
         surface: &LimitSurface,
         crust: &Crust,
         scheme: Scheme,
         samples: &mut Samples,
     ) {
+        for all in [&mut samples.outer, &mut samples.normals, &mut samples.inner] {
+            if all.len() != self.len() {
+                *all = vec![DVec3::ZERO; self.len()];
+            }
+        }
         let (v, n) = (self.vertices, self.n);
         samples.outer[..v].copy_from_slice(surface.limits());
         samples.normals[..v].copy_from_slice(surface.normals());
