@@ -21,6 +21,10 @@
 //! * [`assembly`]: loops and triangles of a tetrahedron, and the raw mesh.
 //! * [`trace`]: walks the lattice where the mid-surface leads, in parallel.
 //! * [`post`]: clean-up, then sheets, seams, borders and what to say of them.
+//!
+//! Beside that pipeline:
+//!
+//! * [`subdivide`]: hollow solids from Catmull-Clark control meshes.
 
 // A library neither prints nor gives up.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -36,6 +40,7 @@ pub mod lattice;
 pub mod mesh;
 pub mod offset;
 pub mod post;
+pub mod subdivide;
 pub mod tags;
 pub mod trace;
 pub mod vertices;

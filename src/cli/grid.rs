@@ -108,7 +108,7 @@ pub(super) fn run(
     let mesh = finish(&input, result.mesh);
     let mut staged = Vec::new();
     for file in &args.output {
-        staged.push(stage_solid(&mesh, file).map_err(Failure::output)?);
+        staged.push(stage_solid(&mesh, None, file).map_err(Failure::output)?);
     }
     let seconds = json!({
         "read": read_seconds,

@@ -16,6 +16,7 @@ mod offset;
 mod outputs;
 mod progress;
 mod report;
+mod subdivide;
 mod tags;
 mod thickness;
 
@@ -28,7 +29,7 @@ use miette::MietteHandlerOpts;
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done
-  1    done, but a requested check failed (the result has cracks)
+  1    done, but a requested check failed (the result has cracks, folds or cuts itself)
   2    wrong usage or bad input; nothing was written
   4    no usable result; nothing was written
   130  interrupted
@@ -48,6 +49,7 @@ struct Cli {
 enum Command {
     Extract(extract::Args),
     Info(info::Args),
+    Subdivide(subdivide::Args),
     Tags(tags::Args),
     Offset(offset::Args),
     Hollow(hollow::Args),
@@ -72,6 +74,7 @@ pub fn run() -> ExitCode {
     let outcome = match cli.command {
         Command::Extract(args) => extract::run(args),
         Command::Info(args) => info::run(args),
+        Command::Subdivide(args) => subdivide::run(args),
         Command::Tags(args) => tags::run(args),
         Command::Offset(args) => offset::run(args),
         Command::Hollow(args) => hollow::run(args),

@@ -31,6 +31,9 @@ pub enum Problem {
     /// Suffix of no known format.
     #[error("has no suffix of a known mesh format")]
     UnknownFormat,
+    /// Suffix of a format that cannot hold a control mesh, or of none.
+    #[error("a control mesh is read from OBJ alone")]
+    NoControlFormat,
     /// No bytes.
     #[error("the file is empty")]
     Empty,
@@ -115,6 +118,9 @@ impl Problem {
             Problem::NotAFile => "name a mesh file",
             Problem::UnknownFormat => {
                 "use .obj, .stl, .ply or .off; a STEP file can be meshed with `gmsh -2 part.step -o part.stl`"
+            }
+            Problem::NoControlFormat => {
+                "export the control mesh, not its subdivision, as polygons in .obj"
             }
             Problem::Empty => "export or download the file again",
             Problem::Foreign(_) => {

@@ -4,6 +4,7 @@
 //! the line or byte, and what to do. Writers put a file in place only when it
 //! is complete.
 
+mod control;
 mod error;
 mod names;
 mod obj;
@@ -18,6 +19,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+pub use control::{ControlMesh, read_control, read_control_bytes};
 pub use error::{Place, Problem, ReadError};
 pub use names::{FacetNames, NameSet};
 

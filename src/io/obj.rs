@@ -7,6 +7,7 @@
 //! first, faces with positive indices, in file order.
 
 use glam::DVec3;
+use smallvec::SmallVec;
 use tobj::LoadOptions;
 
 use super::error::{Located, Place, Problem};
@@ -16,6 +17,26 @@ use super::text::{Lines, decode, excerpt, finite};
 use super::{FacetPlaces, RawMesh, ReadWarning};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
+    scan(bytes)?.finish()
+}
+
+/// The polygons of a file as they are, neither triangulated nor renumbered.
+pub(super) fn parse_polygons(bytes: &[u8]) -> Result<Polygons, Located> {
+    scan(bytes)?.polygons()
+}
+
+/// Vertices and faces of an OBJ with their lines.
+pub(super) struct Polygons {
+    pub(super) positions: Vec<DVec3>,
+    /// Vertices of each face, in range.
+    pub(super) faces: Vec<SmallVec<[u32; 4]>>,
+    pub(super) vertex_lines: Vec<u64>,
+    pub(super) face_lines: Vec<u64>,
+    pub(super) warnings: Vec<ReadWarning>,
+}
+
+/// The checking pass.
+fn scan(bytes: &[u8]) -> Result<Scan, Located> {
     let mut scan = Scan::default();
     let mut lines = Lines::new(bytes);
     let mut joined = String::new();
@@ -49,7 +70,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
             _ => scan.line(number, &text)?,
         }
     }
-    scan.finish()
+    Ok(scan)
 }
 
 /// What the checking pass gathers.
@@ -60,6 +81,8 @@ struct Scan {
     vertex_lines: Vec<u8>,
     face_lines: Vec<u8>,
     vertices: usize,
+    /// Line of each vertex.
+    vertex_numbers: Vec<u64>,
     facet_lines: Vec<u64>,
     /// Corners of all facets, to check tobj against.
     corners: usize,
@@ -144,6 +167,7 @@ impl Scan {
         }
         self.vertex_lines.push(b'\n');
         self.vertices += 1;
+        self.vertex_numbers.push(number);
         if self.vertices >= u32::MAX as usize {
             return Err((place, Problem::TooMany("vertices")));
         }
@@ -198,7 +222,8 @@ impl Scan {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<RawMesh, Located> {
+    /// Whether there are faces, and every vertex that they name.
+    fn check(&self) -> Result<(), Located> {
         if let Some((index, line)) = self.highest
             && index > self.vertices as i64
         {
@@ -210,9 +235,9 @@ impl Scan {
             return Err((Place::Line(line), problem));
         }
         if self.facet_lines.is_empty() {
-            return Err(match self.first_unknown {
+            return Err(match &self.first_unknown {
                 Some((line, word)) if self.vertices == 0 => (
-                    Place::Line(line),
+                    Place::Line(*line),
                     Problem::Syntax(format!(
                         "{word:?} starts no OBJ statement, and the file has no faces"
                     )),
@@ -223,6 +248,43 @@ impl Scan {
                 }
             });
         }
+        Ok(())
+    }
+
+    fn polygons(mut self) -> Result<Polygons, Located> {
+        self.check()?;
+        let warnings = self.warnings();
+        // Both streams hold what the pass wrote itself, a line each.
+        let numbers = |line: &[u8]| -> Vec<f64> {
+            let words = line.split(|&b| b == b' ').skip(1);
+            words
+                .filter_map(|word| std::str::from_utf8(word).ok()?.parse().ok())
+                .collect()
+        };
+        let lines = |stream: &[u8]| -> Vec<Vec<f64>> {
+            let lines = stream.split(|&b| b == b'\n');
+            lines.filter(|line| !line.is_empty()).map(numbers).collect()
+        };
+        let positions = lines(&self.vertex_lines)
+            .iter()
+            .filter_map(|p| p.get(..3).map(DVec3::from_slice))
+            .collect();
+        // Indices are below 2^32, so exact as f64.
+        let faces = lines(&self.face_lines)
+            .iter()
+            .map(|face| face.iter().map(|&index| index as u32 - 1).collect())
+            .collect();
+        Ok(Polygons {
+            positions,
+            faces,
+            vertex_lines: std::mem::take(&mut self.vertex_numbers),
+            face_lines: std::mem::take(&mut self.facet_lines),
+            warnings,
+        })
+    }
+
+    fn finish(mut self) -> Result<RawMesh, Located> {
+        self.check()?;
         let warnings = self.warnings();
         let mut stream = std::mem::take(&mut self.vertex_lines);
         stream.append(&mut self.face_lines);

@@ -11,5 +11,6 @@ mod parts;
 mod readers;
 mod readme;
 mod snapshots;
+mod subdivide;
 mod tags;
 mod writers;

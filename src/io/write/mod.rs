@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
-pub use solid::{SolidFormat, stage_solid, write_solid};
+pub use solid::{Shade, SolidFormat, stage_solid, write_solid};
 pub use stage::{Staged, check_target, stage};
 
 use crate::mesh::midsurface::{BorderKind, MidSurface, VertexKind};

@@ -42,26 +42,45 @@ impl SolidFormat {
     }
 }
 
+/// A number at every vertex, to look at.
+#[derive(Clone, Copy, Debug)]
+pub struct Shade<'a> {
+    /// Name of the PLY property.
+    pub name: &'static str,
+    /// By vertex; shown if there are as many as vertices.
+    pub values: &'a [f64],
+}
+
 /// Writes a solid in the format of the file's suffix to a place beside its
 /// target; nothing shows under its name before [`Staged::commit`].
 ///
 /// # Errors
 ///
 /// [`WriteError`] names the file.
-pub fn stage_solid(mesh: &TriMesh, file: &Path) -> Result<Staged, WriteError> {
+pub fn stage_solid(
+    mesh: &TriMesh,
+    shade: Option<Shade>,
+    file: &Path,
+) -> Result<Staged, WriteError> {
     let format = SolidFormat::of(file)?;
-    stage(file, |out| write_solid(mesh, format, out))
+    stage(file, |out| write_solid(mesh, shade, format, out))
 }
 
-/// Writes a solid to any sink.
+/// Writes a solid to any sink. Only PLY shows the shade, as a property and as
+/// colours from red at the least over yellow and green to blue at the most.
 ///
 /// # Errors
 ///
 /// Those of the sink.
-pub fn write_solid(mesh: &TriMesh, format: SolidFormat, out: &mut dyn Write) -> io::Result<()> {
+pub fn write_solid(
+    mesh: &TriMesh,
+    shade: Option<Shade>,
+    format: SolidFormat,
+    out: &mut dyn Write,
+) -> io::Result<()> {
     match format {
         SolidFormat::Obj => write_obj(mesh, out),
-        SolidFormat::Ply => write_ply(mesh, out),
+        SolidFormat::Ply => write_ply(mesh, shade, out),
         SolidFormat::Stl => write_stl(mesh, out),
     }
 }
@@ -79,7 +98,8 @@ fn write_obj(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-fn write_ply(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
+fn write_ply(mesh: &TriMesh, shade: Option<Shade>, out: &mut dyn Write) -> io::Result<()> {
+    let shade = shade.filter(|s| s.values.len() == mesh.positions.len());
     write!(
         out,
         "ply\n\
@@ -88,16 +108,36 @@ fn write_ply(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
          element vertex {}\n\
          property double x\n\
          property double y\n\
-         property double z\n\
-         element face {}\n\
+         property double z\n",
+        mesh.positions.len()
+    )?;
+    if let Some(Shade { name, .. }) = shade {
+        write!(
+            out,
+            "property double {name}\n\
+             property uchar red\n\
+             property uchar green\n\
+             property uchar blue\n"
+        )?;
+    }
+    write!(
+        out,
+        "element face {}\n\
          property list uchar int vertex_indices\n\
          end_header\n",
-        mesh.positions.len(),
         mesh.triangles.len()
     )?;
-    for p in &mesh.positions {
+    let values = shade.map_or(&[][..], |s| s.values);
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    for (i, p) in mesh.positions.iter().enumerate() {
         for value in p.to_array() {
             out.write_all(&value.to_le_bytes())?;
+        }
+        if let Some(value) = values.get(i) {
+            out.write_all(&value.to_le_bytes())?;
+            let share = (value - low) / (high - low);
+            out.write_all(&colour(if share.is_finite() { share } else { 1.0 }))?;
         }
     }
     for triangle in &mesh.triangles {
@@ -107,6 +147,16 @@ fn write_ply(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Red, yellow, green, cyan, blue, for 0 to 1.
+fn colour(share: f64) -> [u8; 3] {
+    let ramp = |middle: f64| {
+        let level = 2.0 - (4.0 * share - middle).abs();
+        (level.clamp(0.0, 1.0) * 255.0).round() as u8
+    };
+    // Red falls from 1 to 2 quarters, green holds from 1 to 3, blue rises.
+    [ramp(0.0), ramp(2.0), ramp(4.0)]
 }
 
 fn write_stl(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
@@ -128,4 +178,23 @@ fn write_stl(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
         out.write_all(&[0, 0])?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_run_from_red_to_blue() {
+        let expected = [
+            (0.0, [255, 0, 0]),
+            (0.25, [255, 255, 0]),
+            (0.5, [0, 255, 0]),
+            (0.75, [0, 255, 255]),
+            (1.0, [0, 0, 255]),
+        ];
+        for (share, rgb) in expected {
+            assert_eq!(colour(share), rgb, "{share}");
+        }
+    }
 }

@@ -1,0 +1,433 @@
+//! Hollow solids from Catmull-Clark control meshes, after Jianzhong Wang and
+//! Fuhua Cheng, "A Heuristic Offsetting Scheme for Catmull-Clark Subdivision
+//! Surfaces". Numbers in brackets are the paper's equations.
+//!
+//! [`hollow_out`] is the table of contents:
+//!
+//! ```text
+//! cage -> refine -> limit (corner, patch, ring) -> crust -> grid -> solid
+//!                     └──────── fold, closest ────────┘
+//! ```
+//!
+//! * [`Cage`]: the checked control mesh. [`refine()`]: one step (2.1).
+//! * [`LimitSurface`]: point and derivatives at any (u, v), corners by (2.2)
+//!   and (2.3).
+//! * [`Crust`]: the offset (3.2), and the interpolating surface (2.5).
+//! * [`Grid`]: samples, shared between faces. [`Hollow`]: the closed mesh.
+//! * [`fold_free`], and [`Trial`]: what (4.2) and the Jacobian say of a level.
+//!
+//! # What holds of the paper
+//!
+//! Theorem 1 and (4.1) hold. The thickness is never more than asked for, but
+//! on coarse meshes it is much less between the corners; it comes nearer with
+//! every level. Folds go the other way: at level 0 or 1 the crust takes more
+//! thickness than direct offsetting before it folds, at fine levels only 8/15
+//! of it, as its weight rises with a slope of 15/8. So a thickness may have no
+//! level that is both true and free of folds, and [`hollow_out`] then says so.
+
+mod cage;
+mod closest;
+mod corner;
+mod crust;
+mod fold;
+mod grid;
+mod limit;
+mod patch;
+mod refine;
+mod ring;
+mod solid;
+#[cfg(test)]
+mod tests;
+
+use thiserror::Error;
+
+pub use cage::{Cage, CageError, Polygon};
+pub use crust::{Crust, Scheme};
+pub use fold::{FoldFree, fold_free};
+pub use grid::{Grid, MOST_POINTS, Samples};
+pub use limit::{Face, LimitSurface, MOST_SAMPLES};
+pub use patch::Jet;
+pub use refine::{Boundary, Quads, refine};
+pub use solid::{Hollow, folded, shell_between};
+
+use crate::mesh::{FaceId, TriMesh, self_intersections};
+
+/// Samples of a shell up to which a level is tried for `--tolerance`.
+const MOST_TRIED: usize = 2_000_000;
+
+/// Most Catmull-Clark steps.
+pub const MOST_LEVELS: u32 = 12;
+
+/// On which level the crust lies. Levels count all steps before it, from the
+/// control mesh as given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Level {
+    /// This one; or 1 when a mesh with other polygons than quadrilaterals
+    /// forces a first step.
+    Fixed(u32),
+    /// The first whose thickness is nowhere short by more than this length
+    /// and that has no fold.
+    Tolerance(f64),
+}
+
+/// What to make.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Wall thickness in units of the control mesh.
+    pub thickness: f64,
+    /// Steps along a side of a face.
+    pub samples: usize,
+    /// Level of the crust.
+    pub level: Level,
+    /// Crust or direct.
+    pub scheme: Scheme,
+    /// Rule for open meshes.
+    pub boundary: Boundary,
+}
+
+/// Why there is no solid.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SubdivideError {
+    /// The control mesh is none, or grew too large.
+    #[error(transparent)]
+    Cage(#[from] CageError),
+    /// No positive length.
+    #[error("the thickness {0} is not a positive length")]
+    Thickness(f64),
+    /// No positive length.
+    #[error("the tolerance {0} is not a positive length")]
+    Tolerance(f64),
+    /// None, or too many.
+    #[error(
+        "{samples} samples a side on {faces} faces: one is the least, {MOST_POINTS} points in all the most"
+    )]
+    Samples {
+        /// Steps along a side.
+        samples: usize,
+        /// Faces at the level.
+        faces: usize,
+    },
+    /// Too many steps.
+    #[error("{0} subdivision steps are more than {MOST_LEVELS}")]
+    Levels(u32),
+    /// A part of the mesh has no normal: all its vertices coincide, or lie on a
+    /// line.
+    #[error("the surface has no normal at vertex {vertex} of level {level}, nor around it")]
+    NoNormal {
+        /// Vertex of the refined mesh.
+        vertex: usize,
+        /// The level.
+        level: u32,
+    },
+    /// No level meets both demands.
+    #[error(
+        "no level is both within {tolerance} of the thickness {thickness} and free of folds: {}",
+        tried(.trials, *.scheme)
+    )]
+    NoLevel {
+        /// Asked for.
+        thickness: f64,
+        /// Asked for.
+        tolerance: f64,
+        /// Asked for.
+        scheme: Scheme,
+        /// What each level gives.
+        trials: Vec<Trial>,
+    },
+}
+
+/// Figures of a level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    /// Steps before the crust.
+    pub level: u32,
+    /// By how much the wall is thinner than asked for, at most: epsilon of
+    /// (4.2), at the samples.
+    pub epsilon: f64,
+    /// Thickness without a local fold: crust, direct.
+    pub fold_free: [FoldFree; 2],
+}
+
+impl Trial {
+    /// The fold-free thickness of a scheme.
+    pub fn fold_free(&self, scheme: Scheme) -> FoldFree {
+        self.fold_free[match scheme {
+            Scheme::Crust => 0,
+            Scheme::Direct => 1,
+        }]
+    }
+}
+
+fn tried(trials: &[Trial], scheme: Scheme) -> String {
+    let each = trials.iter().map(|trial| {
+        let Trial { level, epsilon, .. } = trial;
+        let free = trial.fold_free(scheme).thickness;
+        format!("level {level} is short by {epsilon:.4} and folds beyond {free:.4}")
+    });
+    each.collect::<Vec<_>>().join("; ")
+}
+
+/// A hollow solid and what is to be said of it.
+#[derive(Clone, Debug)]
+pub struct HollowSolid {
+    /// The closed mesh.
+    pub hollow: Hollow,
+    /// Its samples.
+    pub samples: Samples,
+    /// Distance of every inner sample to the limit surface.
+    pub thickness: Vec<f64>,
+    /// Figures of the level taken.
+    pub trial: Trial,
+    /// Figures of all levels looked at, the taken one last.
+    pub trials: Vec<Trial>,
+    /// Whether polygons forced the first step.
+    pub forced: bool,
+    /// Faces of the control mesh at that level.
+    pub faces: usize,
+    /// Faces there with several extraordinary vertices.
+    pub crowded_faces: usize,
+    /// Vertices there whose normal is an average of neighbours'.
+    pub averaged_normals: usize,
+    /// Least length of the crust against the thickness, over the samples: (4.1)
+    /// bounds it from above by 1, nothing from below.
+    pub crust_length: [f64; 2],
+    /// Triangles of the inner shell that look the wrong way.
+    pub folded: Vec<FaceId>,
+    /// Pairs of triangles that cut or touch each other.
+    pub intersections: Vec<(FaceId, FaceId)>,
+}
+
+/// A level with its surface.
+struct Laid {
+    surface: LimitSurface,
+    grid: Grid,
+    samples: Samples,
+    triangles: Vec<[u32; 3]>,
+    thickness: Vec<f64>,
+    trial: Trial,
+}
+
+/// Makes a hollow solid of a control mesh.
+///
+/// `progress` gets the name of each stage.
+///
+/// # Errors
+///
+/// [`SubdivideError`].
+pub fn hollow_out(
+    cage: &Cage,
+    settings: &Settings,
+    progress: &dyn Fn(&'static str),
+) -> Result<HollowSolid, SubdivideError> {
+    if !(settings.thickness > 0.0 && settings.thickness.is_finite()) {
+        return Err(SubdivideError::Thickness(settings.thickness));
+    }
+    let forced = !cage.is_quads();
+    let (laid, trials) = match settings.level {
+        Level::Fixed(level) => {
+            fits(cage, level, settings.samples)?;
+            let (mesh, level) = refined(cage, level, settings.boundary)?;
+            let laid = lay(mesh, level, settings, progress)?;
+            let trial = laid.trial;
+            (laid, vec![trial])
+        }
+        Level::Tolerance(tolerance) => choose(cage, tolerance, settings, progress)?,
+    };
+    progress("joining");
+    let hollow = Hollow::new(&laid.surface, &laid.grid, &laid.samples, &laid.triangles);
+    let folded = hollow.folded(&laid.samples);
+    progress("crossing");
+    let intersections = self_intersections(&hollow.mesh);
+    Ok(HollowSolid {
+        hollow,
+        folded,
+        intersections,
+        crust_length: crust_length(&laid.samples, settings.thickness),
+        faces: laid.surface.face_count(),
+        crowded_faces: laid.surface.crowded_faces(),
+        averaged_normals: laid.surface.averaged().len(),
+        samples: laid.samples,
+        thickness: laid.thickness,
+        trial: laid.trial,
+        trials,
+        forced,
+    })
+}
+
+/// The limit surface alone as triangles, closed where the mesh is. Also the
+/// level, at least the one asked for, whose faces the samples divide.
+///
+/// With [`shell_between`] it serves walls that other means than the crust lay
+/// on the surface: those that offset a triangle mesh.
+///
+/// # Errors
+///
+/// [`SubdivideError`].
+pub fn tessellate(
+    cage: &Cage,
+    level: u32,
+    samples: usize,
+    boundary: Boundary,
+) -> Result<(TriMesh, u32), SubdivideError> {
+    fits(cage, level, samples)?;
+    let (mesh, level) = refined(cage, level, boundary)?;
+    let surface = LimitSurface::new(mesh, boundary)?;
+    let grid = grid(&surface, samples)?;
+    let none = Crust::offset(&surface, 0.0);
+    let positions = grid.sample(&surface, &none, Scheme::Crust).outer;
+    let triangles = grid.triangles();
+    let mesh = TriMesh {
+        positions,
+        triangles,
+    };
+    Ok((mesh, level))
+}
+
+/// The surface through the control vertices, (2.5): one sheet, closed where
+/// the mesh is. Also the level it lies on.
+///
+/// # Errors
+///
+/// [`SubdivideError`].
+pub fn interpolate(
+    cage: &Cage,
+    level: u32,
+    samples: usize,
+    boundary: Boundary,
+) -> Result<(TriMesh, u32), SubdivideError> {
+    fits(cage, level, samples)?;
+    let (mesh, level) = refined(cage, level, boundary)?;
+    let surface = LimitSurface::new(mesh, boundary)?;
+    let grid = grid(&surface, samples)?;
+    let crust = Crust::interpolating(&surface);
+    let positions = grid.sample(&surface, &crust, Scheme::Crust).inner;
+    let triangles = grid.triangles();
+    let mesh = TriMesh {
+        positions,
+        triangles,
+    };
+    Ok((mesh, level))
+}
+
+/// The mesh after some steps, at least as many as make it quadrilaterals; and
+/// how many those are.
+fn refined(cage: &Cage, level: u32, boundary: Boundary) -> Result<(Quads, u32), SubdivideError> {
+    let (mut mesh, mut done) = match Quads::new(cage.clone()) {
+        Some(mesh) => (mesh, 0),
+        None => (refine(cage, boundary)?, 1),
+    };
+    while done < level {
+        mesh = refine(mesh.cage(), boundary)?;
+        done += 1;
+    }
+    Ok((mesh, done))
+}
+
+/// Refuses what would be too many points before any memory is spent on them.
+fn fits(cage: &Cage, level: u32, samples: usize) -> Result<(), SubdivideError> {
+    if level > MOST_LEVELS {
+        return Err(SubdivideError::Levels(level));
+    }
+    // A step makes a face of every corner.
+    let faces = match level {
+        0 => cage.face_count(),
+        _ => cage
+            .corner_count()
+            .saturating_mul(4_usize.saturating_pow(level - 1)),
+    };
+    let points = faces.saturating_mul(samples.saturating_mul(samples));
+    if points > MOST_POINTS {
+        return Err(SubdivideError::Samples { samples, faces });
+    }
+    Ok(())
+}
+
+fn grid(surface: &LimitSurface, samples: usize) -> Result<Grid, SubdivideError> {
+    let faces = surface.face_count();
+    Grid::new(surface, samples).ok_or(SubdivideError::Samples { samples, faces })
+}
+
+/// Lays the crust on a mesh, and measures.
+fn lay(
+    mesh: Quads,
+    level: u32,
+    settings: &Settings,
+    progress: &dyn Fn(&'static str),
+) -> Result<Laid, SubdivideError> {
+    progress("surface");
+    let surface = LimitSurface::new(mesh, settings.boundary)?;
+    if let Some(&vertex) = surface.without_normal().first() {
+        let vertex = vertex as usize;
+        return Err(SubdivideError::NoNormal { vertex, level });
+    }
+    let grid = grid(&surface, settings.samples)?;
+    let crust = Crust::offset(&surface, settings.thickness);
+    let samples = grid.sample(&surface, &crust, settings.scheme);
+    let triangles = grid.triangles();
+    progress("measuring");
+    let thickness = closest::thickness(&surface, &grid, &samples, &triangles);
+    let least = thickness.iter().copied().fold(f64::INFINITY, f64::min);
+    progress("folds");
+    let trial = Trial {
+        level,
+        epsilon: settings.thickness - least,
+        fold_free: fold_free(&surface),
+    };
+    Ok(Laid {
+        surface,
+        grid,
+        samples,
+        triangles,
+        thickness,
+        trial,
+    })
+}
+
+/// The first level within the tolerance and free of folds.
+fn choose(
+    cage: &Cage,
+    tolerance: f64,
+    settings: &Settings,
+    progress: &dyn Fn(&'static str),
+) -> Result<(Laid, Vec<Trial>), SubdivideError> {
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return Err(SubdivideError::Tolerance(tolerance));
+    }
+    let mut trials = Vec::new();
+    let (mut mesh, mut level) = refined(cage, 0, settings.boundary)?;
+    loop {
+        let laid = lay(mesh, level, settings, progress)?;
+        trials.push(laid.trial);
+        let free = laid.trial.fold_free(settings.scheme).thickness;
+        if laid.trial.epsilon <= tolerance && settings.thickness < free {
+            return Ok((laid, trials));
+        }
+        // Folds come earlier with every level, so once they are there and do
+        // not recede they stay.
+        let before = trials.iter().rev().nth(1);
+        let stays = |before: &Trial| before.fold_free(settings.scheme).thickness >= free;
+        let hopeless = settings.thickness >= free && before.is_some_and(stays);
+        let finer = 4 * laid.surface.face_count();
+        let points = finer.saturating_mul(settings.samples * settings.samples);
+        if hopeless || points > MOST_TRIED || level == MOST_LEVELS {
+            return Err(SubdivideError::NoLevel {
+                thickness: settings.thickness,
+                tolerance,
+                scheme: settings.scheme,
+                trials,
+            });
+        }
+        mesh = refine(laid.surface.mesh().cage(), settings.boundary)?;
+        level += 1;
+    }
+}
+
+/// Least and greatest distance between paired samples, in thicknesses.
+fn crust_length(samples: &Samples, thickness: f64) -> [f64; 2] {
+    let lengths = samples.outer.iter().zip(&samples.inner);
+    lengths.fold([f64::INFINITY, 0.0], |[least, most], (p, q)| {
+        let length = p.distance(*q) / thickness;
+        [least.min(length), f64::max(most, length)]
+    })
+}

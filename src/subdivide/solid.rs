@@ -1,0 +1,87 @@
+//! Outer and inner surface as one closed mesh.
+
+use rayon::prelude::*;
+
+use super::grid::{Grid, Samples};
+use super::limit::LimitSurface;
+use crate::mesh::{FaceId, TriMesh};
+
+/// A hollow solid: outer shell, then inner shell turned over, then the rims.
+#[derive(Clone, Debug)]
+pub struct Hollow {
+    /// Outer vertices, then the inner one of each in the same order.
+    pub mesh: TriMesh,
+    /// Triangles of one shell; the second shell follows the first.
+    pub shell: usize,
+}
+
+impl Hollow {
+    /// Joins the shells. Where the surface has a boundary, straight lines from
+    /// outer to inner samples close it.
+    pub(super) fn new(
+        surface: &LimitSurface,
+        grid: &Grid,
+        samples: &Samples,
+        outer: &[[u32; 3]],
+    ) -> Hollow {
+        let cage = surface.mesh().cage();
+        let below = samples.outer.len() as u32;
+        let mut triangles = outer.to_vec();
+        triangles.par_extend(
+            outer
+                .par_iter()
+                .map(|&[a, b, c]| [c + below, b + below, a + below]),
+        );
+        let open = (0..cage.corner_count() as u32).filter(|&h| cage.twin(h).is_none());
+        for h in open {
+            for t in 0..grid.steps() {
+                let (a, b) = (grid.along(h, t), grid.along(h, t + 1));
+                triangles.push([b, a, a + below]);
+                triangles.push([b, a + below, b + below]);
+            }
+        }
+        let mut positions = samples.outer.clone();
+        positions.extend_from_slice(&samples.inner);
+        Hollow {
+            mesh: TriMesh {
+                positions,
+                triangles,
+            },
+            shell: outer.len(),
+        }
+    }
+
+    /// Triangles of the inner shell that look the wrong way, ascending: whose
+    /// area, seen along the outer normals of their corners, is negative.
+    pub fn folded(&self, samples: &Samples) -> Vec<FaceId> {
+        let outer = &self.mesh.triangles[..self.shell];
+        folded(outer, samples)
+            .into_iter()
+            .map(|triangle| FaceId((self.shell + triangle) as u32))
+            .collect()
+    }
+}
+
+/// The solid between a closed outer surface and a closed inner one of its own,
+/// which looks outward too, as a part's surface does.
+pub fn shell_between(outer: &TriMesh, inner: &TriMesh) -> TriMesh {
+    let mut mesh = outer.clone();
+    let below = outer.positions.len() as u32;
+    mesh.positions.extend_from_slice(&inner.positions);
+    let turned = inner.triangles.iter().map(|&[a, b, c]| [c, b, a]);
+    mesh.triangles
+        .extend(turned.map(|corners| corners.map(|v| v + below)));
+    mesh
+}
+
+/// Triangles of an inner surface that look the wrong way; `triangles` turn as
+/// those of the outer surface.
+pub fn folded(triangles: &[[u32; 3]], samples: &Samples) -> Vec<usize> {
+    let wrong = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|v| samples.inner[v as usize]);
+        let [l, m, n] = corners.map(|v| samples.normals[v as usize]);
+        (b - a).cross(c - a).dot(l + m + n) < 0.0
+    };
+    let found = triangles.par_iter().enumerate().filter(|(_, t)| wrong(t));
+    found.map(|(triangle, _)| triangle).collect()
+}
