@@ -120,8 +120,10 @@ impl Field {
         let bounds = bounds(&corners);
         let frame = Frame::new(bounds.0, bounds.1);
 
-        let (mut wall, mut cope, mut degenerate) = (Vec::new(), Vec::new(), Vec::new());
-        for (i, &corners) in corners.iter().enumerate() {
+        let copes = coping.iter().filter(|&&cope| cope).count();
+        let mut wall = Vec::with_capacity(corners.len() - copes);
+        let (mut cope, mut degenerate) = (Vec::with_capacity(copes), Vec::new());
+        for (i, corners) in corners.into_iter().enumerate() {
             let triangle = Triangle::new(corners, FaceId(i as u32));
             if triangle.is_degenerate() {
                 degenerate.push(triangle);

@@ -289,6 +289,8 @@ impl Tree {
             mut starts,
             ..
         } = build;
+        // Makes room for the triangles' copy.
+        drop(binary);
         *triangles = order
             .iter()
             .map(|&i| triangles[i as usize].clone())
