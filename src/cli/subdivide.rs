@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
+use midsurf::dual_contour::Precision;
 use midsurf::io::write::{Shade, SolidFormat, Staged, WriteError, stage_solid};
 use midsurf::io::{ControlMesh, Place, read_control};
 use midsurf::mesh::TriMesh;
 use midsurf::subdivide::{
-    Boundary, Cage, FoldFree, HollowSolid, Level, MOST_LEVELS, MOST_SAMPLES, Scheme, Settings,
-    SubdivideError, Trial, hollow_out, interpolate,
+    Boundary, Cage, ContourError, ContourSettings, FoldFree, HollowSolid, Level, MOST_LEVELS,
+    MOST_SAMPLES, Scheme, Settings, SubdivideError, Trial, contour, hollow_out, interpolate,
 };
 use serde_json::{Value, json};
 
@@ -71,6 +72,9 @@ pub(super) struct Args {
     /// How the inner surface follows from the outer one
     #[arg(long, value_enum, default_value_t = SchemeName::Crust)]
     scheme: SchemeName,
+    /// Cell of --scheme contour's grid [default: 256 along the surface]
+    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
+    cell: Option<f64>,
     /// What becomes of boundary vertices of a single face: held, or smoothed
     #[arg(long, value_enum, default_value_t = BoundaryName::Corner)]
     boundary: BoundaryName,
@@ -100,6 +104,8 @@ enum SchemeName {
     Crust,
     /// Along the normal of every sample
     Direct,
+    /// All that is deeper than the thickness: never folds, at any thickness
+    Contour,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -111,10 +117,11 @@ enum BoundaryName {
 }
 
 impl Args {
-    fn scheme(&self) -> Scheme {
+    fn scheme(&self) -> Option<Scheme> {
         match self.scheme {
-            SchemeName::Crust => Scheme::Crust,
-            SchemeName::Direct => Scheme::Direct,
+            SchemeName::Crust => Some(Scheme::Crust),
+            SchemeName::Direct => Some(Scheme::Direct),
+            SchemeName::Contour => None,
         }
     }
 
@@ -154,12 +161,15 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     if args.interpolate {
         return through(&args, &control, &progress);
     }
+    let Some(scheme) = args.scheme() else {
+        return contoured(&args, &control, &progress);
+    };
     let settings = Settings {
         // Clap asks for it unless --interpolate is given.
         thickness: args.thickness.unwrap_or_default(),
         samples: usize::from(args.samples),
         level: args.level(),
-        scheme: args.scheme(),
+        scheme,
         boundary: args.boundary(),
     };
     let stages = RefCell::new(Vec::new());
@@ -269,8 +279,8 @@ fn failed(error: &SubdivideError, file: &Path) -> Failure {
     match error {
         SubdivideError::NoLevel { .. } => Failure::no_result(
             message,
-            "allow a greater --tolerance or ask for a smaller --thickness; \
-             --levels N takes a level all the same",
+            "--scheme contour has no folds at any thickness; or allow a greater --tolerance, \
+             ask for a smaller --thickness, or take a level all the same with --levels N",
         ),
         SubdivideError::Cage(error) => Failure::usage(message, error.remedy()),
         SubdivideError::Samples { .. } | SubdivideError::Levels(_) => {
@@ -282,6 +292,86 @@ fn failed(error: &SubdivideError, file: &Path) -> Failure {
         ),
         _ => Failure::usage(message, "give a positive length"),
     }
+}
+
+/// `--scheme contour`: the inner wall from the offset of the surface.
+fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCode, Failure> {
+    if args.tolerance.is_some() {
+        return Err(Failure::usage(
+            "--tolerance chooses a level for the crust, and --scheme contour lays none",
+            "say with --levels and --samples how finely to divide the surface",
+        ));
+    }
+    let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
+    let settings = ContourSettings {
+        // Clap asks for it unless --interpolate is given.
+        thickness: args.thickness.unwrap_or_default(),
+        samples: usize::from(args.samples),
+        level: args.levels.unwrap_or(1),
+        boundary: args.boundary(),
+        cell: args.cell,
+        precision: if args.output.iter().any(single) {
+            Precision::Single
+        } else {
+            Precision::Double
+        },
+    };
+    let show = |stage, done, total| progress.show(stage, done, total);
+    let solid = contour(&control.cage, &settings, &show).map_err(|error| {
+        let message = format!("{}: {error}", args.control.display());
+        match error {
+            ContourError::Surface(error) => failed(&error, &args.control),
+            ContourError::Open => Failure::usage(message, "take --scheme crust or direct"),
+            ContourError::Offset(_) => Failure::no_result(message, "take a smaller --thickness"),
+            ContourError::Part(_) => Failure::usage(message, "check the control mesh"),
+        }
+    })?;
+    progress.show("writing", 0, 0);
+    let staged = stage_all(args, &solid.mesh, &solid.thickness)?;
+    let [least, most] = range(&solid.thickness);
+    let report = json!({
+        "schema": SCHEMA,
+        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
+        "input": input(args, control),
+        "settings": {
+            "scheme": "contour",
+            "thickness": settings.thickness,
+            "samples": settings.samples,
+            "boundary": boundary(args),
+        },
+        "result": {
+            "levels": solid.level,
+            "vertices": solid.mesh.positions.len(),
+            "triangles": solid.mesh.triangles.len(),
+            "shell_triangles": solid.outer,
+            "volume": solid.mesh.volume(),
+            "thickness": { "min": least, "mean": mean(&solid.thickness), "max": most },
+            "intersections": solid.intersections.len(),
+        },
+        "peak_memory": peak(),
+        "outputs": args.output,
+        "warnings": control.warnings,
+    });
+    outputs::finish(args.json.as_deref(), staged, &report)?;
+    if !args.quiet {
+        say(format_args!("levels       {}", solid.level));
+        say(format_args!(
+            "solid        {} vertices, {} triangles, volume {}",
+            solid.mesh.positions.len(),
+            solid.mesh.triangles.len(),
+            figure(solid.mesh.volume())
+        ));
+        say(format_args!(
+            "thickness    {} to {}",
+            figure(least),
+            figure(most)
+        ));
+    }
+    Ok(if solid.intersections.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
 }
 
 /// `--interpolate`: writes the surface through the control vertices.

@@ -98,6 +98,9 @@ pub struct Work {
     pub band_seconds: f64,
     /// Crossings, vertices and triangles.
     pub contour_seconds: f64,
+    /// Of these, triangles around the crossed edges: what Table VI of the
+    /// paper times.
+    pub ring_seconds: f64,
 }
 
 /// Stages as they begin, for progress displays: stage name, done and expected.
@@ -133,6 +136,7 @@ pub fn contour(
     );
     let on_faces = faces.vertex_count();
     progress("mesh", 0, 0);
+    let before_rings = Instant::now();
     let (triangles, on_edges, rings) = polygon::triangulate(
         solid,
         grid,
@@ -142,6 +146,7 @@ pub fn contour(
         settings.tolerance,
         (in_cells + on_faces) as u32,
     );
+    let ring_seconds = before_rings.elapsed().as_secs_f64();
     let crossings = edges.counts;
     let asked = filters.distances + crossings.queries + cells.queries + faces.queries;
     let counts = [in_cells, on_faces, on_edges.len()];
@@ -177,6 +182,7 @@ pub fn contour(
             queries: asked + rings.queries + mends.queries,
             band_seconds,
             contour_seconds: start.elapsed().as_secs_f64() - band_seconds,
+            ring_seconds,
         },
     }
 }

@@ -27,6 +27,7 @@
 
 mod cage;
 mod closest;
+mod contour;
 mod corner;
 mod crust;
 mod fold;
@@ -42,13 +43,14 @@ mod tests;
 use thiserror::Error;
 
 pub use cage::{Cage, CageError, Polygon};
+pub use contour::{ContourError, ContourSettings, ContourSolid, contour};
 pub use crust::{Crust, Scheme};
 pub use fold::{FoldFree, fold_free};
 pub use grid::{Grid, MOST_POINTS, Samples};
 pub use limit::{Face, LimitSurface, MOST_SAMPLES};
 pub use patch::Jet;
 pub use refine::{Boundary, Quads, refine};
-pub use solid::{Hollow, folded, shell_between};
+pub use solid::{Hollow, folded};
 
 use crate::mesh::{FaceId, TriMesh, self_intersections};
 
@@ -258,8 +260,7 @@ pub fn hollow_out(
 /// The limit surface alone as triangles, closed where the mesh is. Also the
 /// level, at least the one asked for, whose faces the samples divide.
 ///
-/// With [`shell_between`] it serves walls that other means than the crust lay
-/// on the surface: those that offset a triangle mesh.
+/// [`contour`] lays its wall on it.
 ///
 /// # Errors
 ///

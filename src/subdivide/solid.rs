@@ -62,18 +62,6 @@ impl Hollow {
     }
 }
 
-/// The solid between a closed outer surface and a closed inner one of its own,
-/// which looks outward too, as a part's surface does.
-pub fn shell_between(outer: &TriMesh, inner: &TriMesh) -> TriMesh {
-    let mut mesh = outer.clone();
-    let below = outer.positions.len() as u32;
-    mesh.positions.extend_from_slice(&inner.positions);
-    let turned = inner.triangles.iter().map(|&[a, b, c]| [c, b, a]);
-    mesh.triangles
-        .extend(turned.map(|corners| corners.map(|v| v + below)));
-    mesh
-}
-
 /// Triangles of an inner surface that look the wrong way; `triangles` turn as
 /// those of the outer surface.
 pub fn folded(triangles: &[[u32; 3]], samples: &Samples) -> Vec<usize> {

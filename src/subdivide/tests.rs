@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::io::read_control;
+use crate::offset::OffsetError;
 
 const CLOSED: [&str; 7] = [
     "cube",
@@ -491,14 +492,34 @@ fn bad_settings_are_refused() {
     assert_eq!(zero, Some(SubdivideError::Tolerance(0.0)));
 }
 
+/// Where the crust folds, the contoured wall does not; where it does not, the
+/// two agree.
 #[test]
-fn an_inner_wall_from_elsewhere_fits_in() {
-    let (outer, level) = tessellate(&cage("cube"), 2, 4, Boundary::default()).expect("small");
-    assert_eq!(level, 2);
-    let mut inner = outer.clone();
-    inner.positions.iter_mut().for_each(|p| *p *= 0.5);
-    let solid = shell_between(&outer, &inner);
-    assert!(solid.edges().census().is_closed());
-    assert!((solid.volume() / outer.volume() - 0.875).abs() < 1e-12);
-    assert!(self_intersections(&solid).is_empty());
+fn a_contoured_wall_never_folds() {
+    let wall = |name: &str, thickness: f64| {
+        let settings = ContourSettings {
+            thickness,
+            samples: 3,
+            level: 1,
+            boundary: Boundary::default(),
+            cell: Some(0.4 * thickness),
+            precision: crate::dual_contour::Precision::Double,
+        };
+        contour(&cage(name), &settings, &|_, _, _| ())
+    };
+    for (name, thickness) in [("cube", 0.2), ("spike", 0.25), ("torus", 0.3)] {
+        let solid = wall(name, thickness).expect(name);
+        assert!(solid.mesh.edges().census().is_closed());
+        assert!(solid.intersections.is_empty(), "{name}");
+        let outer = solid.mesh.triangles[..solid.outer].as_flattened();
+        let first = *outer.iter().max().expect("triangles") as usize + 1;
+        for t in &solid.thickness[first..] {
+            assert!((t / thickness - 1.0).abs() < 0.01, "{name}: {t}");
+        }
+    }
+    assert!(matches!(wall("open_sheet", 0.1), Err(ContourError::Open)));
+    assert!(matches!(
+        wall("cube", 50.0),
+        Err(ContourError::Offset(OffsetError::Empty(_)))
+    ));
 }

@@ -386,3 +386,42 @@ fn readers_of_parts_still_take_what_control_meshes_are() {
         assert_eq!(mesh.sha256, control.sha256);
     }
 }
+
+#[test]
+fn a_contoured_wall_where_the_crust_folds() {
+    let desk = Desk::new();
+    let control = cage_file("spike");
+    let solid = desk.path("solid.stl");
+    let output = desk.run(&[
+        "subdivide",
+        &control,
+        "--thickness",
+        "0.25",
+        "--scheme",
+        "contour",
+        "--cell",
+        "0.1",
+        "-o",
+        solid.to_str().unwrap(),
+        "--json",
+        "-",
+    ]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["result"]["intersections"], 0);
+    let written = read_mesh(&solid).unwrap().mesh;
+    assert!(written.volume() > 0.0);
+
+    let open = cage_file("open_sheet");
+    let args = [
+        "subdivide",
+        &open,
+        "--thickness",
+        "0.1",
+        "--scheme",
+        "contour",
+    ];
+    let output = desk.run(&args);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("open"));
+}

@@ -1,0 +1,117 @@
+//! An inner wall that never folds, at any thickness: the offset of the finely
+//! tessellated limit surface.
+//!
+//! The paper leaves loops and self-intersections of the crust to future work.
+//! Beyond the fold-free thickness no wall that follows the surface point by
+//! point avoids them; the set of points deeper than the thickness does, and
+//! the offset engine makes its surface.
+
+use rayon::prelude::*;
+use thiserror::Error;
+
+use super::cage::Cage;
+use super::{Boundary, SubdivideError, tessellate};
+use crate::dual_contour::{Precision, Progress};
+use crate::field::Field;
+use crate::mesh::{FaceId, Part, PartError, PartOptions, TriMesh, self_intersections};
+use crate::offset::{self, OffsetError, hollowed, offset};
+
+/// What to contour, and how finely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContourSettings {
+    /// Wall thickness, part units.
+    pub thickness: f64,
+    /// Steps along each side of a face.
+    pub samples: usize,
+    /// Subdivision steps before.
+    pub level: u32,
+    /// Rule at the boundary; the surface has to be closed all the same.
+    pub boundary: Boundary,
+    /// Edge length of a grid cell; by default so that 256 go along the surface.
+    pub cell: Option<f64>,
+    /// Numbers that vertices of the inner wall may have.
+    pub precision: Precision,
+}
+
+/// Why there is no contoured wall.
+#[derive(Debug, Error)]
+pub enum ContourError {
+    /// The control mesh gives no surface.
+    #[error(transparent)]
+    Surface(#[from] SubdivideError),
+    /// The control mesh has a boundary.
+    #[error("the control mesh is open, and only a closed surface has an inside to contour")]
+    Open,
+    /// The tessellated surface makes no part.
+    #[error("the limit surface: {0}")]
+    Part(#[from] PartError),
+    /// The surface has no offset at this thickness.
+    #[error("the inner wall: {0}")]
+    Offset(#[from] OffsetError),
+}
+
+/// A hollow solid whose inner wall was contoured.
+#[derive(Clone, Debug)]
+pub struct ContourSolid {
+    /// The limit surface, then the wall turned inside out.
+    pub mesh: TriMesh,
+    /// Triangles of the limit surface, which come first.
+    pub outer: usize,
+    /// Distance of each vertex to the other wall.
+    pub thickness: Vec<f64>,
+    /// Level that the samples divide.
+    pub level: u32,
+    /// Pairs of triangles that cut each other: only where the limit surface
+    /// cuts itself.
+    pub intersections: Vec<(FaceId, FaceId)>,
+}
+
+/// Hollows the limit surface out with an inner wall free of intersections.
+///
+/// # Errors
+///
+/// [`ContourError`]; nothing is left inside a solid thinner than two walls.
+pub fn contour(
+    cage: &Cage,
+    settings: &ContourSettings,
+    progress: &Progress,
+) -> Result<ContourSolid, ContourError> {
+    if !(settings.thickness > 0.0 && settings.thickness.is_finite()) {
+        return Err(SubdivideError::Thickness(settings.thickness).into());
+    }
+    if !cage.is_closed() {
+        return Err(ContourError::Open);
+    }
+    progress("surface", 0, 0);
+    let (outer, level) = tessellate(cage, settings.level, settings.samples, settings.boundary)?;
+    let flags = vec![false; outer.triangles.len()];
+    let (part, _) = Part::new(outer, flags, PartOptions::default())?;
+    let automatic = offset::Settings::new(&part, -settings.thickness);
+    let wall_settings = offset::Settings {
+        cell: settings.cell.unwrap_or(automatic.cell),
+        precision: settings.precision,
+        ..automatic
+    };
+    let wall = offset(&part, &wall_settings, progress)?;
+    progress("thickness", 0, 0);
+    let mesh = hollowed(&part, &wall.mesh);
+    let thickness = [(part.mesh(), &wall.mesh), (&wall.mesh, part.mesh())]
+        .map(|(from, to)| distances(from, to))
+        .concat();
+    progress("crossing", 0, 0);
+    Ok(ContourSolid {
+        intersections: self_intersections(&mesh),
+        outer: part.triangle_count(),
+        mesh,
+        thickness,
+        level,
+    })
+}
+
+/// Distance of each vertex of a mesh to another mesh.
+fn distances(from: &TriMesh, to: &TriMesh) -> Vec<f64> {
+    let corners = to.faces().map(|face| to.corners(face)).collect();
+    let field = Field::from_triangles(corners, to.triangles.clone(), Vec::new());
+    let far = |p: &glam::DVec3| field.footpoint(*p).distance;
+    from.positions.par_iter().map(far).collect()
+}
