@@ -33,8 +33,8 @@ fn main() {
     let models = [
         file("bracket"),
         file("enclosure"),
-        cage("genus3", 2, 8),
-        cage("head", 2, 10),
+        cage("genus3", 2, 6),
+        cage("head", 2, 3),
     ];
     times(&models, cells);
     resolutions();
@@ -115,7 +115,7 @@ fn resolutions() {
         "\nTable II: seconds by cells, r = 0.02. Paper: 40k 0.53 0.98 3.34 21.6; 400k 4.6 5.3 8.4 28.7"
     );
     println!("{:>8} {:>7} {:>7} {:>7} {:>7}", "F#", 64, 128, 256, 512);
-    for (level, samples) in [(2, 7), (3, 11)] {
+    for (level, samples) in [(2, 4), (3, 7)] {
         let model = cage("genus3", level, samples);
         let row = [64.0, 128.0, 256.0, 512.0]
             .map(|cells| run(&model, 0.02, cells, |_| ()).map_or(f64::NAN, |o| total(&o)));
