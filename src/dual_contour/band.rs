@@ -167,9 +167,8 @@ impl Band {
         let boxes = (nodes + side - 1) / side;
         let total = boxes.as_i64vec3().element_product() as u64;
         let done = AtomicU64::new(0);
-        let parts: Vec<Vec<Block>>;
         let tallies = Tallies::default();
-        parts = (0..total)
+        let parts: Vec<Vec<Block>> = (0..total)
             .into_par_iter()
             .map(|i| {
                 let i = i as i64;

@@ -248,11 +248,11 @@ fn corners(near: &Neighbourhood, key: IVec3, cell: IVec3) -> u8 {
     let mut crossed = [false; 12];
     let mut known = 0u8;
     let mut inside = 0u8;
-    for edge in 0..12 {
+    for (edge, crossed) in crossed.iter_mut().enumerate() {
         if let (Some(block), at) = owner(near, key, cell, edge)
             && block.crossed[edge / 4].get(at)
         {
-            crossed[edge] = true;
+            *crossed = true;
             if known == 0 {
                 let low = edge_corners(edge)[0];
                 known = 1 << low;

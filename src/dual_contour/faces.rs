@@ -147,12 +147,12 @@ impl<I: Implicit> Work<'_, I> {
             let Some(cell) = block.cell(at) else {
                 continue;
             };
-            for axis in 0..3 {
+            for (axis, below) in below.iter().enumerate() {
                 let next = place - IVec3::AXES[axis];
                 let there = if block_of(next) == block.key {
                     Some(block)
                 } else {
-                    below[axis]
+                    *below
                 };
                 let Some(other) = there.and_then(|b| b.cell(local(next))) else {
                     continue;

@@ -70,14 +70,14 @@ impl Grid {
     /// would have more than [`Grid::MOST_CELLS`] cells, or the numbers allowed
     /// are too coarse to tell its planes apart.
     pub fn around(bounds: &Bounds, cell: f64, precision: Precision) -> Option<Grid> {
-        if !(cell > 0.0) || bounds.is_empty() {
+        if cell.is_nan() || cell <= 0.0 || bounds.is_empty() {
             return None;
         }
         let cells = Grid::cells_around(bounds, cell);
         let low = bounds.min - (RIM + SHIFT) * cell;
         let mut planes = [Vec::new(), Vec::new(), Vec::new()];
         for axis in 0..3 {
-            if !(cells[axis] <= Grid::MOST_CELLS) {
+            if cells[axis].is_nan() || cells[axis] > Grid::MOST_CELLS {
                 return None;
             }
             let count = cells[axis] as usize + 1;

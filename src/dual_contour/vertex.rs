@@ -308,7 +308,8 @@ impl<I: Implicit> Finder<'_, I> {
                 normals.push(DVec3::AXES[axis]);
             }
             p += least_step(&values, &normals)?;
-            if !(p.distance(self.cell.centre()) < 4.0 * self.grid.cell()) {
+            let far = p.distance(self.cell.centre());
+            if far.is_nan() || far > 4.0 * self.grid.cell() {
                 return None;
             }
         }

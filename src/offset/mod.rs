@@ -3,7 +3,7 @@
 //! After Liu and Wang, "Fast Intersection-free Offset Surface Generation from
 //! Freeform Models with Triangular Meshes". The part becomes a function
 //! (`solid`: signed distance less offset, with closed forms along grid edges),
-//! and [`dual_contour`](crate::dual_contour) makes the mesh.
+//! and [`dual_contour`] makes the mesh.
 //!
 //! Deviations from the paper, each explained where it is made: distances and
 //! tolerances in f64, an 8-wide tree in place of swept sphere volumes, edges
@@ -244,7 +244,7 @@ fn check(part: &Part, settings: &Settings) -> Result<(), OffsetError> {
     if !(cell > 0.0 && cell.is_finite()) {
         return Err(OffsetError::BadCell(cell));
     }
-    if !(tolerance > 0.0) {
+    if tolerance.is_nan() || tolerance <= 0.0 {
         return Err(OffsetError::BadTolerance(tolerance));
     }
     if !part.is_closed() {

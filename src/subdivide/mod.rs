@@ -260,7 +260,7 @@ pub fn hollow_out(
 /// The limit surface alone as triangles, closed where the mesh is. Also the
 /// level, at least the one asked for, whose faces the samples divide.
 ///
-/// [`contour`] lays its wall on it.
+/// [`contour()`] lays its wall on it.
 ///
 /// # Errors
 ///

@@ -380,7 +380,7 @@ fn the_command_writes_and_reports() {
     let desk = Desk::new();
     let cube = desk.put(
         "cube.obj",
-        &obj_text(&cuboid(DVec3::ZERO, DVec3::splat(3.0))),
+        obj_text(&cuboid(DVec3::ZERO, DVec3::splat(3.0))),
     );
     let out = desk.path("grown.stl");
     let output = desk.run(&[
@@ -437,10 +437,10 @@ fn the_command_writes_and_reports() {
 fn the_command_refuses_what_has_no_offset() {
     let desk = Desk::new();
     let cube = cuboid(DVec3::ZERO, DVec3::splat(3.0));
-    let good = desk.put("cube.obj", &obj_text(&cube));
+    let good = desk.put("cube.obj", obj_text(&cube));
     let mut open = cube.clone();
     open.triangles.pop();
-    let open = desk.put("open.obj", &obj_text(&open));
+    let open = desk.put("open.obj", obj_text(&open));
     let out = desk.path("out.stl");
     let cases: [(&std::path::Path, &[&str], i32, &str); 7] = [
         (&good, &["--distance", "0"], 2, "offset distance 0"),
