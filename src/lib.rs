@@ -37,6 +37,7 @@ pub mod mesh;
 pub mod offset;
 pub mod post;
 pub mod tags;
+pub mod thicken;
 pub mod trace;
 pub mod vertices;
 

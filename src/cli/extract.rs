@@ -222,7 +222,11 @@ fn describe(input: &Input) {
 /// Refuses file names that could not be written or are named twice.
 fn check_names(args: &Args) -> Result<(), Failure> {
     let mut inputs = vec![(args.part.as_path(), "part")];
-    inputs.extend(args.coping.iter().map(|file| (file.as_path(), "coping tags")));
+    inputs.extend(
+        args.coping
+            .iter()
+            .map(|file| (file.as_path(), "coping tags")),
+    );
     let mut files = Vec::new();
     for output in &args.output {
         files.extend(files_for(output).map_err(Failure::input)?);

@@ -299,9 +299,7 @@ fn explain(warning: OffsetWarning, distance: f64) -> Warning {
 fn failure(error: &OffsetError, part: &Path, command: &str) -> Failure {
     let message = format!("{}: {error}", part.display());
     let help = match error {
-        OffsetError::BadDistance(_) if command == "hollow" => {
-            "give --thickness a positive length"
-        }
+        OffsetError::BadDistance(_) if command == "hollow" => "give --thickness a positive length",
         OffsetError::BadDistance(_) => {
             "give --distance a positive length to grow, a negative one (--distance=-2) to shrink"
         }

@@ -17,6 +17,7 @@ mod outputs;
 mod progress;
 mod report;
 mod tags;
+mod thicken;
 mod thickness;
 
 use std::io::{self, IsTerminal, Write};
@@ -51,6 +52,7 @@ enum Command {
     Tags(tags::Args),
     Offset(offset::Args),
     Hollow(hollow::Args),
+    Thicken(thicken::Args),
 }
 
 /// Parses the command line, runs the command, reports what went wrong.
@@ -75,6 +77,7 @@ pub fn run() -> ExitCode {
         Command::Tags(args) => tags::run(args),
         Command::Offset(args) => offset::run(args),
         Command::Hollow(args) => hollow::run(args),
+        Command::Thicken(args) => thicken::run(args),
     };
     match outcome {
         Ok(code) => code,

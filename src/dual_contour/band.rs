@@ -260,10 +260,7 @@ impl<I: Implicit> Search<'_, I> {
     /// Nodes of a box, those beyond the grid left out.
     fn nodes_in(&self, low: IVec3, side: i32) -> u64 {
         let high = (low + side).min(self.nodes);
-        (high - low)
-            .max(IVec3::ZERO)
-            .as_i64vec3()
-            .element_product() as u64
+        (high - low).max(IVec3::ZERO).as_i64vec3().element_product() as u64
     }
 
     fn sample(&mut self, at: IVec3, hint: u32) -> Sample {

@@ -222,14 +222,26 @@ pub(super) fn loops(
 }
 
 fn corner_step(corner: usize) -> IVec3 {
-    IVec3::new(corner as i32 & 1, corner as i32 >> 1 & 1, corner as i32 >> 2)
+    IVec3::new(
+        corner as i32 & 1,
+        corner as i32 >> 1 & 1,
+        corner as i32 >> 2,
+    )
 }
 
 /// A cell's edge: the block that owns it, and its lower node there.
-pub(super) fn owner<'a>(near: &Neighbourhood<'a>, key: IVec3, cell: IVec3, edge: usize) -> (Option<&'a EdgeBlock>, usize) {
+pub(super) fn owner<'a>(
+    near: &Neighbourhood<'a>,
+    key: IVec3,
+    cell: IVec3,
+    edge: usize,
+) -> (Option<&'a EdgeBlock>, usize) {
     let node = cell + corner_step(edge_corners(edge)[0]);
     let beyond = block_of(node) - key;
-    (near[(beyond.x | beyond.y << 1 | beyond.z << 2) as usize], local(node))
+    (
+        near[(beyond.x | beyond.y << 1 | beyond.z << 2) as usize],
+        local(node),
+    )
 }
 
 /// Corners inside the solid, told from the crossed edges alone: every corner
@@ -349,6 +361,8 @@ impl Apart {
     }
 
     pub fn allows(&self, p: DVec3) -> bool {
-        self.planes.iter().all(|(normal, bound)| normal.dot(p) < *bound)
+        self.planes
+            .iter()
+            .all(|(normal, bound)| normal.dot(p) < *bound)
     }
 }

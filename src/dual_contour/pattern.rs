@@ -52,7 +52,10 @@ impl Pattern {
         let mut ambiguous = 0;
         let mut links: Vec<[usize; 2]> = Vec::new();
         for face in 0..6 {
-            let edges: Vec<usize> = face_edges(face).into_iter().filter(|&e| crossed(e)).collect();
+            let edges: Vec<usize> = face_edges(face)
+                .into_iter()
+                .filter(|&e| crossed(e))
+                .collect();
             match edges[..] {
                 [a, b] => links.push([a, b]),
                 [_, _, _, _] => {
@@ -107,7 +110,11 @@ pub(super) fn trace_of(corners: u8, joined: u8, face: usize, edge: usize) -> usi
     let second = (face / 2 + 2) % 3;
     let [a, b] = edge_corners(edge);
     let round = joined >> face & 1 == 0;
-    let corner = if (corners >> a & 1 != 0) == round { a } else { b };
+    let corner = if (corners >> a & 1 != 0) == round {
+        a
+    } else {
+        b
+    };
     corner >> second & 1
 }
 

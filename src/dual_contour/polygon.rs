@@ -137,8 +137,7 @@ impl<'a, I: Implicit> Work<'a, I> {
             return;
         };
         let cells = [p, q, r, s];
-        let corners: [(u32, &CellVertex); 4] =
-            std::array::from_fn(|i| cells[i].vertex(numbers[i]));
+        let corners: [(u32, &CellVertex); 4] = std::array::from_fn(|i| cells[i].vertex(numbers[i]));
         // The face between a cell of the ring and the next is the lower face
         // of one of the two.
         let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);

@@ -59,19 +59,11 @@ impl Triangle {
     }
 
     /// The same where the segment stays in one region from `start` to `end`.
-    fn leaves_in_region(
-        &self,
-        from: DVec3,
-        to: DVec3,
-        start: f64,
-        end: f64,
-        distance: f64,
-    ) -> f64 {
+    fn leaves_in_region(&self, from: DVec3, to: DVec3, start: f64, end: f64, distance: f64) -> f64 {
         let c = self.corners;
         let step = to - from;
         let vertex = |corner: u8| c[usize::from(corner)];
-        let (offset, rate) = match self.closest(from.lerp(to, 0.5 * (start + end))).feature
-        {
+        let (offset, rate) = match self.closest(from.lerp(to, 0.5 * (start + end))).feature {
             // Remark 5: the height above the face's plane is linear.
             Feature::Face => {
                 let normal = self.normal();
@@ -100,7 +92,11 @@ impl Triangle {
 /// Greater root of `a t^2 + 2 b t + c`, without cancellation.
 fn greater_root(a: f64, b: f64, c: f64) -> f64 {
     let root = (b * b - a * c).max(0.0).sqrt();
-    if b > 0.0 { -c / (b + root) } else { (root - b) / a }
+    if b > 0.0 {
+        -c / (b + root)
+    } else {
+        (root - b) / a
+    }
 }
 
 #[cfg(test)]
@@ -111,7 +107,11 @@ mod tests {
     #[test]
     fn distance_at_the_place_is_the_one_asked_for() {
         let triangle = Triangle::new(
-            [DVec3::ZERO, DVec3::new(2.0, 0.3, 0.1), DVec3::new(-0.5, 1.0, 0.4)],
+            [
+                DVec3::ZERO,
+                DVec3::new(2.0, 0.3, 0.1),
+                DVec3::new(-0.5, 1.0, 0.4),
+            ],
             FaceId(0),
         );
         let mut found = 0;

@@ -70,9 +70,7 @@ impl OffsetSolid<'_> {
             self.field.sharing(p, FaceId(first), sharing);
             sharing
                 .iter()
-                .find(|&&face| {
-                    self.field.footpoint_on(q, face).distance - least <= self.tolerance
-                })
+                .find(|&&face| self.field.footpoint_on(q, face).distance - least <= self.tolerance)
                 .map(|face| face.0)
         })
     }
