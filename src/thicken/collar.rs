@@ -19,6 +19,10 @@ use crate::mesh::TriMesh;
 use super::cut::Cut;
 use super::patch::{OnRim, Patch};
 
+/// Vertices of the cut nearer to each other than this, over its height, are
+/// one.
+const SAME: f64 = 1e-6;
+
 /// A place along the boundary: edge, and fraction of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
@@ -36,17 +40,25 @@ pub(super) enum Mismatch {
 /// Puts the vertices of the cut onto the strips and sectors they are next to,
 /// at a distance of `level` from the patch; gives their places.
 pub(super) fn settle(patch: &Patch, cut: &mut Cut, level: f64) -> Vec<Vec<Place>> {
-    let positions = &mut cut.mesh.positions;
-    let places = cut.curves.iter().map(|curve| {
-        let each = curve.iter().map(|&v| {
-            let x = &mut positions[v as usize];
+    let mut all = Vec::with_capacity(cut.curves.len());
+    for curve in 0..cut.curves.len() {
+        let mut places = Vec::with_capacity(cut.curves[curve].len());
+        for &v in &cut.curves[curve] {
+            let x = &mut cut.mesh.positions[v as usize];
             let (place, moved) = on_strip(patch, *x, level);
             *x = moved;
-            place
-        });
-        each.collect()
-    });
-    places.collect()
+            places.push(place);
+        }
+        // What lay beside the line where two strips meet is now on it.
+        let points: Vec<DVec3> = cut.curves[curve]
+            .iter()
+            .map(|&v| cut.mesh.positions[v as usize])
+            .collect();
+        let least = SAME * level;
+        let kept = cut.merge(curve, |i, j| points[i].distance(points[j]) < least);
+        all.push(kept.into_iter().map(|i| places[i]).collect());
+    }
+    all
 }
 
 /// The place next to a point, and the point moved to the height of the cut.

@@ -27,6 +27,47 @@ pub(super) struct Cut {
     pub curves: Vec<Vec<u32>>,
 }
 
+impl Cut {
+    /// Merges neighbours of a curve for which `same` holds, the later into the
+    /// earlier, and drops the triangles that this flattens. `same` is given
+    /// places within the curve.
+    pub fn merge(&mut self, curve: usize, same: impl Fn(usize, usize) -> bool) -> Vec<usize> {
+        let vertices = &self.curves[curve];
+        let mut into: FxHashMap<u32, u32> = FxHashMap::default();
+        let mut kept: Vec<usize> = Vec::with_capacity(vertices.len());
+        for i in 0..vertices.len() {
+            match kept.last() {
+                Some(&last) if same(last, i) => {
+                    into.insert(vertices[i], vertices[last]);
+                }
+                _ => kept.push(i),
+            }
+        }
+        while let [first, .., last] = kept[..]
+            && kept.len() > 3
+            && same(last, first)
+        {
+            into.insert(vertices[last], vertices[first]);
+            kept.pop();
+        }
+        self.curves[curve] = kept.iter().map(|&i| vertices[i]).collect();
+        if !into.is_empty() {
+            let name = |mut v: u32| {
+                while let Some(&other) = into.get(&v) {
+                    v = other;
+                }
+                v
+            };
+            for t in &mut self.mesh.triangles {
+                *t = t.map(name);
+            }
+            let whole = |t: &[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
+            self.mesh.triangles.retain(whole);
+        }
+        kept
+    }
+}
+
 /// Distance of each vertex from the patch.
 pub(super) fn distances(patch: &Patch, mesh: &TriMesh) -> Vec<f64> {
     let positions = mesh.positions.par_iter();
