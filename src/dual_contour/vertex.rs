@@ -258,7 +258,16 @@ impl<I: Implicit> Finder<'_, I> {
                 }
                 let (found, nearest) = self.sample(p, elements[0]);
                 if found.value.abs() <= 10.0 * self.zero() {
-                    return Some(found);
+                    let other = (0..elements.len())
+                        .find_map(|i| Some((i, self.solid.instead(p, elements[i])?)));
+                    let Some((i, other)) = other else {
+                        return Some(found);
+                    };
+                    if elements.contains(&other) {
+                        return None;
+                    }
+                    elements[i] = other;
+                    continue;
                 }
                 if elements.contains(&nearest) {
                     return None;

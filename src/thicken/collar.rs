@@ -14,6 +14,7 @@
 
 use glam::DVec3;
 
+use crate::dual_contour::Precision;
 use crate::mesh::TriMesh;
 
 use super::cut::Cut;
@@ -30,23 +31,21 @@ pub(super) struct Place {
     pub way: f64,
 }
 
-/// What keeps the two ends from being joined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Mismatch {
-    /// A boundary curve that not exactly one curve of the cut runs along.
-    Curves,
-}
-
 /// Puts the vertices of the cut onto the strips and sectors they are next to,
 /// at a distance of `level` from the patch; gives their places.
-pub(super) fn settle(patch: &Patch, cut: &mut Cut, level: f64) -> Vec<Vec<Place>> {
+pub(super) fn settle(
+    patch: &Patch,
+    cut: &mut Cut,
+    level: f64,
+    precision: Precision,
+) -> Vec<Vec<Place>> {
     let mut all = Vec::with_capacity(cut.curves.len());
     for curve in 0..cut.curves.len() {
         let mut places = Vec::with_capacity(cut.curves[curve].len());
         for &v in &cut.curves[curve] {
             let x = &mut cut.mesh.positions[v as usize];
             let (place, moved) = on_strip(patch, *x, level);
-            *x = moved;
+            *x = precision.round_point(moved);
             places.push(place);
         }
         // What lay beside the line where two strips meet is now on it.
@@ -134,35 +133,39 @@ fn at_vertex(patch: &Patch, x: DVec3, vertex: u32, level: f64) -> DVec3 {
     };
     let [a, b] = [before, after].map(|e| &rim.edges[e as usize]);
     let mean = (a.down + b.down).normalize_or_zero();
+    // Strips of nearly one plane do not fix a line.
     let line = a.outward.cross(b.outward);
-    let along = match line.try_normalize() {
-        Some(line) if line.dot(mean).abs() > 0.2 => line * line.dot(mean).signum(),
-        _ => mean,
+    let along = if line.length() > 0.3 {
+        line.normalize() * line.dot(mean).signum()
+    } else {
+        mean
     };
     let down = along.dot(a.down).min(along.dot(b.down)).max(0.1);
     v + (level / down) * along
 }
 
 /// Triangles of all collars; vertices of the cut are numbered from `first` on.
+///
+/// None if not every boundary curve has exactly one curve of the cut along it.
 pub(super) fn join(
     patch: &Patch,
     cut: &Cut,
     places: &[Vec<Place>],
     first: u32,
-) -> Result<Vec<[u32; 3]>, Mismatch> {
+) -> Option<Vec<[u32; 3]>> {
     let rim = &patch.rim;
     let mut along: Vec<Option<usize>> = vec![None; rim.loops.len()];
     for (i, places) in places.iter().enumerate() {
         let curve = |p: &Place| rim.edges[p.edge as usize].curve;
-        let own = places.first().map(curve).ok_or(Mismatch::Curves)?;
+        let own = places.first().map(curve)?;
         let alone = along[own as usize].replace(i).is_none();
         if !alone || places.iter().any(|p| curve(p) != own) {
-            return Err(Mismatch::Curves);
+            return None;
         }
     }
     let mut triangles = Vec::new();
     for (&[from, to], cut_curve) in rim.loops.iter().zip(&along) {
-        let i = cut_curve.ok_or(Mismatch::Curves)?;
+        let i = (*cut_curve)?;
         // The cut runs against the boundary.
         let over: Vec<(u32, Place)> = cut.curves[i]
             .iter()
@@ -173,7 +176,7 @@ pub(super) fn join(
         let below: Vec<u32> = (from..to).map(|e| rim.edges[e as usize].from).collect();
         row(patch, &cut.mesh, &below, from, &over, first, &mut triangles);
     }
-    Ok(triangles)
+    Some(triangles)
 }
 
 /// Which end moves on in a triangle of the row.

@@ -1,4 +1,36 @@
-//! One-sided thickening of open or closed patches.
+//! One-sided thickening: a solid behind a surface, the surface kept as it is.
+//!
+//! After Wang and Chen, "Thickening Freeform Surfaces for Solid Fabrication".
+//! Stage by stage:
+//!
+//! ```text
+//! patch -> solid -> (dual_contour) -> cut -> collar -> mesh
+//! ```
+//!
+//! * `patch`: the checked surface, its boundary, and on which side of it a
+//!   point lies (Definition 1).
+//! * `solid`: the solid of Definition 2 as a function; its shell and
+//!   cross-section have closed forms (Definitions 5a and 5b, Remark 4).
+//! * [`dual_contour`](crate::dual_contour): the solid's whole surface, free of
+//!   self-intersections, with sharp edges between cross-section and shell.
+//! * `cut`: what is near the patch is cut off.
+//! * `collar`: the rest of the cross-section, up to the patch's own boundary.
+//!
+//! # Deviations from the paper
+//!
+//! The paper lets the dual contouring reach for vertices of the boundary, found
+//! or made in boundary-curve cells, leaves out faces on the patch (Remark 3),
+//! fills the holes and moves vertices until edges are sharp (section 4.3).
+//! Here the solid is contoured whole, with its sharp edges placed by their
+//! closed forms at once, and cut where it is only cross-section, at one height
+//! above the boundary. So there are no holes, no boundary triangle is split,
+//! and all of the patch is in the result bit for bit.
+//!
+//! # What is promised
+//!
+//! The result is closed and manifold, holds the patch, and is the solid of
+//! Definition 2 as far as cells resolve it; self-intersections are looked for,
+//! and counted if some are left.
 
 mod collar;
 mod cut;
@@ -8,11 +40,12 @@ mod solid;
 use std::time::Instant;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Filters, Grid, Precision, Progress, Work};
-use crate::mesh::{TriMesh, self_intersections, weld_exact};
+use crate::dual_contour::{self, Filters, Grid, Implicit, Precision, Progress, Work};
+use crate::mesh::{Bounds, TriMesh, self_intersections, weld_exact};
 use patch::Patch;
 use solid::ThickSolid;
 
@@ -165,124 +198,299 @@ pub enum ThickenError {
     },
 }
 
+/// Distance of the inner shell from its true place, at centres of triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Deviation {
+    /// Mean, part units.
+    pub mean: f64,
+    /// Greatest, part units.
+    pub max: f64,
+}
+
 /// A solid and what it took.
 #[derive(Clone, Debug)]
 pub struct Thickened {
-    /// Closed and manifold; the patch's vertices and triangles come first.
+    /// Closed and manifold if `bad_edges` is zero. The patch's vertices and
+    /// triangles come first, in their order; with [`Side::Outer`] its triangles
+    /// are turned, because the solid's inside is then in front of them.
     pub mesh: TriMesh,
-    /// Pairs of triangles of the result that cut each other.
+    /// Triangles of the patch.
+    pub patch_triangles: usize,
+    /// Boundary curves of the patch.
+    pub boundaries: usize,
+    /// Pairs of triangles of the result that cut or touch each other.
     pub self_intersections: usize,
+    /// Edges of the result that do not have two triangles.
+    pub bad_edges: usize,
+    /// Inner shell.
+    pub deviation: Deviation,
+    /// Ways tried to lay the grid and the cut until nothing cut itself.
+    pub attempts: usize,
     /// Checking the patch and building the tree.
     pub field_seconds: f64,
-    /// Cutting and joining.
+    /// Cutting, joining and checking.
     pub join_seconds: f64,
-    /// The grid's work.
+    /// The grid's work, of the last attempt.
     pub work: Work,
+}
+
+impl Thickened {
+    /// Whether the result is what is promised.
+    pub fn is_sound(&self) -> bool {
+        self.self_intersections == 0 && self.bad_edges == 0
+    }
 }
 
 /// Heights at which the contour is cut, over the thickness, in the order tried.
 const LEVELS: [f64; 5] = [0.4, 0.47, 0.33, 0.55, 0.26];
 
+/// Shifts of the grid, in cells, in the order tried.
+const SHIFTS: [f64; 3] = [0.0, 0.29, 0.61];
+
+/// Bytes that an active cell and a node within reach of the patch take.
+const BYTES_PER_CELL: f64 = 400.0;
+const BYTES_PER_NODE: f64 = 8.0;
+
 /// The solid of a thickness on one side of a patch.
+///
+/// Vertices of the patch at one place count as one, those that no triangle
+/// uses go. Deterministic: the same patch and settings give the same result,
+/// bit for bit, on any number of threads.
 ///
 /// # Errors
 ///
-/// [`ThickenError`].
+/// [`ThickenError`] for settings without sense, for a surface that is no
+/// oriented manifold or cuts through itself, and where cells are too large to
+/// tell what runs along which boundary.
 pub fn thicken(
     surface: &TriMesh,
     settings: &Settings,
     progress: &Progress,
 ) -> Result<Thickened, ThickenError> {
+    check(settings)?;
     let start = Instant::now();
-    let mut mesh = weld_exact(&surface.positions).apply(surface);
+    progress("field", 0, 0);
+    let mut mesh = tidy(surface)?;
     if settings.side == Side::Outer {
-        for t in &mut mesh.triangles {
-            t.swap(1, 2);
-        }
+        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
     let patch = Patch::new(mesh)?;
+    if let [(first, second), ..] = self_intersections(&patch.mesh)[..] {
+        return Err(ThickenError::SelfIntersecting {
+            pairs: self_intersections(&patch.mesh).len(),
+            first: first.0,
+            second: second.0,
+        });
+    }
     let field_seconds = start.elapsed().as_secs_f64();
-    let r = settings.thickness;
-    let solid = ThickSolid::new(&patch, r, settings.cell);
-    let bounds = dual_contour::Implicit::bounds(&solid);
-    let grid =
-        Grid::around(&bounds, settings.cell, settings.precision).ok_or(ThickenError::NoGrid {
-            cell: settings.cell,
-            size: bounds.size().max_element(),
-            far: bounds.min.abs().max(bounds.max.abs()).max_element(),
-        })?;
-    let contour = dual_contour::contour(
-        &solid,
-        &grid,
-        &dual_contour::Settings {
+
+    let solid = ThickSolid::new(&patch, settings.thickness, settings.cell);
+    let mut best: Option<Thickened> = None;
+    let mut attempts = 0;
+    let mut join_seconds = 0.0;
+    for shift in SHIFTS {
+        let grid = grid(&patch, &solid.bounds(), settings, shift)?;
+        let how = dual_contour::Settings {
             tolerance: settings.tolerance,
             filters: settings.filters,
-        },
-        progress,
-    );
-    let begin = Instant::now();
-    progress("join", 0, 0);
-    let distances = cut::distances(&patch, &contour.mesh);
-    let mut best: Option<(usize, TriMesh)> = None;
-    for share in LEVELS {
-        let level = share * r;
-        let mut cut = cut::cut(&contour.mesh, &distances, level);
-        let places = collar::settle(&patch, &mut cut, level);
-        let first = patch.mesh.positions.len() as u32;
-        let Ok(collar) = collar::join(&patch, &cut, &places, first) else {
-            if std::env::var("THICK_DEBUG").is_ok() {
-                eprintln!(
-                    "level {share}: {} curves for {}",
-                    cut.curves.len(),
-                    patch.rim.loops.len()
-                );
-            }
-            continue;
         };
-        let mut mesh = patch.mesh.clone();
-        mesh.positions.extend(&cut.mesh.positions);
-        let far = cut.mesh.triangles.iter().map(|t| t.map(|v| v + first));
-        mesh.triangles.extend(far);
-        mesh.triangles.extend(collar);
-        let pairs = self_intersections(&mesh);
-        if std::env::var("THICK_DEBUG").is_ok() {
-            let (np, nf) = (patch.mesh.triangles.len(), cut.mesh.triangles.len());
-            let kind = |f: crate::mesh::FaceId| {
-                if f.index() < np {
-                    'P'
-                } else if f.index() < np + nf {
-                    'C'
-                } else {
-                    'Z'
-                }
+        let contour = dual_contour::contour(&solid, &grid, &how, progress);
+        progress("join", 0, 0);
+        let distances = cut::distances(&patch, &contour.mesh);
+        for share in LEVELS {
+            let begin = Instant::now();
+            attempts += 1;
+            let joined = join(&patch, &contour.mesh, &distances, share, settings);
+            join_seconds += begin.elapsed().as_secs_f64();
+            let Some((mesh, pairs, bad_edges)) = joined else {
+                continue;
             };
-            let kinds: Vec<String> = pairs
-                .iter()
-                .take(8)
-                .map(|&(a, b)| format!("{}{} at {:.3}", kind(a), kind(b), mesh.corners(b)[0]))
-                .collect();
-            eprintln!(
-                "level {share}: {} pairs {kinds:?} {:?}",
-                pairs.len(),
-                mesh.edges().census()
-            );
-        }
-        let pairs = pairs.len();
-        if best.as_ref().is_none_or(|b| pairs < b.0) {
-            best = Some((pairs, mesh));
-        }
-        if pairs == 0 {
-            break;
+            let problems = |t: &Thickened| t.self_intersections + t.bad_edges;
+            if best
+                .as_ref()
+                .is_none_or(|b| pairs + bad_edges < problems(b))
+            {
+                best = Some(Thickened {
+                    patch_triangles: patch.mesh.triangles.len(),
+                    boundaries: patch.rim.loops.len(),
+                    self_intersections: pairs,
+                    bad_edges,
+                    deviation: deviation(&patch, &mesh, settings.thickness),
+                    mesh,
+                    attempts,
+                    field_seconds,
+                    join_seconds,
+                    work: contour.work,
+                });
+            }
+            if best.as_ref().is_some_and(Thickened::is_sound) {
+                return best.ok_or(ThickenError::Empty);
+            }
+            if patch.rim.loops.is_empty() {
+                // Another cut would change nothing.
+                break;
+            }
         }
     }
-    let (self_intersections, mesh) = best.ok_or(ThickenError::Unresolved {
-        cell: settings.cell,
-    })?;
-    Ok(Thickened {
-        mesh,
-        self_intersections,
-        field_seconds,
-        join_seconds: begin.elapsed().as_secs_f64(),
-        work: contour.work,
+    best.map(|best| Thickened {
+        attempts,
+        join_seconds,
+        ..best
     })
+    .ok_or(ThickenError::Unresolved {
+        cell: settings.cell,
+    })
+}
+
+fn check(settings: &Settings) -> Result<(), ThickenError> {
+    let Settings {
+        thickness,
+        cell,
+        tolerance,
+        ..
+    } = *settings;
+    if !(thickness > 0.0 && thickness.is_finite()) {
+        return Err(ThickenError::BadThickness(thickness));
+    }
+    if !(cell > 0.0 && cell.is_finite()) {
+        return Err(ThickenError::BadCell(cell));
+    }
+    if !(tolerance > 0.0) {
+        return Err(ThickenError::BadTolerance(tolerance));
+    }
+    if cell >= 0.5 * thickness {
+        return Err(ThickenError::CoarseCell { cell, thickness });
+    }
+    Ok(())
+}
+
+/// The surface with one vertex a place, and none without triangles.
+fn tidy(surface: &TriMesh) -> Result<TriMesh, ThickenError> {
+    if surface.triangles.is_empty() {
+        return Err(ThickenError::Empty);
+    }
+    let sound = |&v: &u32| {
+        let p = surface.positions.get(v as usize);
+        p.is_some_and(|p| p.is_finite())
+    };
+    if let Some(bad) = surface.triangles.iter().position(|t| !t.iter().all(sound)) {
+        return Err(ThickenError::BadCorner(bad));
+    }
+    let place = weld_exact(&surface.positions);
+    let mut number = vec![u32::MAX; place.kept.len()];
+    surface
+        .triangles
+        .iter()
+        .flatten()
+        .for_each(|&v| number[place.new_index[v as usize] as usize] = 0);
+    let mut positions = Vec::new();
+    for (slot, &old) in number.iter_mut().zip(&place.kept) {
+        if *slot == 0 {
+            *slot = positions.len() as u32;
+            positions.push(surface.positions[old as usize]);
+        }
+    }
+    let name = |v: u32| number[place.new_index[v as usize] as usize];
+    Ok(TriMesh {
+        positions,
+        triangles: surface.triangles.iter().map(|t| t.map(name)).collect(),
+    })
+}
+
+fn grid(
+    patch: &Patch,
+    bounds: &Bounds,
+    settings: &Settings,
+    shift: f64,
+) -> Result<Grid, ThickenError> {
+    let Settings {
+        thickness, cell, ..
+    } = *settings;
+    let area = patch.mesh.area();
+    let bytes = 4.0 * area / cell.powi(2) * BYTES_PER_CELL
+        + 2.0 * area * (thickness + cell) / cell.powi(3) * BYTES_PER_NODE;
+    if bytes > settings.memory_limit as f64 {
+        return Err(ThickenError::TooFine {
+            cell,
+            gigabytes: bytes / 1e9,
+            smallest: cell * (bytes / settings.memory_limit as f64).cbrt(),
+        });
+    }
+    let bounds = Bounds {
+        min: bounds.min - shift * cell,
+        max: bounds.max,
+    };
+    Grid::around(&bounds, cell, settings.precision).ok_or(ThickenError::NoGrid {
+        cell,
+        size: bounds.size().max_element(),
+        far: bounds.min.abs().max(bounds.max.abs()).max_element(),
+    })
+}
+
+/// The solid from its contour, with pairs of triangles that cut each other and
+/// edges without two triangles; none if the cut does not follow the boundary.
+fn join(
+    patch: &Patch,
+    contour: &TriMesh,
+    distances: &[f64],
+    share: f64,
+    settings: &Settings,
+) -> Option<(TriMesh, usize, usize)> {
+    let level = share * settings.thickness;
+    let mut cut = cut::cut(contour, distances, level);
+    let places = collar::settle(patch, &mut cut, level, settings.precision);
+    let first = patch.mesh.positions.len() as u32;
+    let collar = collar::join(patch, &cut, &places, first)?;
+    let mut mesh = patch.mesh.clone();
+    mesh.positions.extend(&cut.mesh.positions);
+    let far = cut.mesh.triangles.iter().map(|t| t.map(|v| v + first));
+    mesh.triangles.extend(far);
+    mesh.triangles.extend(collar);
+    let census = mesh.edges().census();
+    let bad = census.open + census.misoriented + census.balanced + census.unbalanced;
+    let pairs = self_intersections(&mesh);
+    if std::env::var("THICK_DEBUG").is_ok() {
+        let (np, nf) = (patch.mesh.triangles.len(), cut.mesh.triangles.len());
+        let kind = |f: crate::mesh::FaceId| {
+            if f.index() < np {
+                'P'
+            } else if f.index() < np + nf {
+                'C'
+            } else {
+                'Z'
+            }
+        };
+        let kinds: Vec<String> = pairs
+            .iter()
+            .take(8)
+            .map(|&(a, b)| format!("{}{} at {:.3}", kind(a), kind(b), mesh.corners(b)[0]))
+            .collect();
+        eprintln!("level {share}: bad {bad} {} pairs {kinds:?}", pairs.len());
+    }
+    Some((mesh, pairs.len(), bad))
+}
+
+/// Distance from the true inner shell, at the centres of triangles that belong
+/// to it.
+fn deviation(patch: &Patch, mesh: &TriMesh, thickness: f64) -> Deviation {
+    let own = patch.mesh.triangles.len();
+    let errors: Vec<f64> = mesh.triangles[own..]
+        .par_iter()
+        .filter_map(|t| {
+            let corners = t.map(|v| mesh.positions[v as usize]);
+            let shell = |p: DVec3| {
+                let foot = patch.foot(p, 0);
+                let error = (foot.distance - thickness).abs();
+                (error < 0.1 * thickness).then_some(error)
+            };
+            let [a, b, c] = corners.map(shell);
+            (a?.max(b?).max(c?) < 0.01 * thickness)
+                .then(|| shell((corners[0] + corners[1] + corners[2]) / 3.0))
+                .flatten()
+        })
+        .collect();
+    Deviation {
+        mean: errors.iter().sum::<f64>() / errors.len().max(1) as f64,
+        max: errors.iter().copied().fold(0.0, f64::max),
+    }
 }

@@ -344,7 +344,8 @@ fn neighbours(mesh: &TriMesh) -> Result<Vec<[u32; 3]>, ThickenError> {
                     neighbours[one.face.index()][i] = other.face.0;
                 }
             }
-            [_, _] => return Err(ThickenError::Sides(between)),
+            [_, _] if is_orientable(mesh) => return Err(ThickenError::Sides(between)),
+            [_, _] => return Err(ThickenError::OneSided),
             _ => {
                 return Err(ThickenError::NotManifold {
                     triangles: uses.len(),
@@ -354,4 +355,38 @@ fn neighbours(mesh: &TriMesh) -> Result<Vec<[u32; 3]>, ThickenError> {
         }
     }
     Ok(neighbours)
+}
+
+/// Whether triangles could be turned so that all neighbours agree.
+fn is_orientable(mesh: &TriMesh) -> bool {
+    let mut across: Vec<Vec<(u32, bool)>> = vec![Vec::new(); mesh.triangles.len()];
+    for uses in mesh.edges().by_edge() {
+        if let [a, b] = uses {
+            let differ = a.forward == b.forward;
+            across[a.face.index()].push((b.face.0, differ));
+            across[b.face.index()].push((a.face.0, differ));
+        }
+    }
+    let mut turned: Vec<Option<bool>> = vec![None; mesh.triangles.len()];
+    for seed in 0..turned.len() {
+        if turned[seed].is_some() {
+            continue;
+        }
+        turned[seed] = Some(false);
+        let mut open = vec![(seed, false)];
+        while let Some((face, own)) = open.pop() {
+            for &(other, differ) in &across[face] {
+                let wanted = own != differ;
+                match turned[other as usize] {
+                    Some(found) if found != wanted => return false,
+                    Some(_) => {}
+                    None => {
+                        turned[other as usize] = Some(wanted);
+                        open.push((other as usize, wanted));
+                    }
+                }
+            }
+        }
+    }
+    true
 }

@@ -30,6 +30,9 @@ use super::patch::{Foot, OnRim, Patch};
 /// node.
 const CAP: f64 = 0.99;
 
+/// An element is hidden where another is nearer by this many tolerances.
+const HIDDEN: f64 = 1e3;
+
 /// Splits after which a segment is halved in the middle every other time.
 const PATIENCE: u8 = 6;
 
@@ -182,6 +185,18 @@ impl ThickSolid<'_> {
         }
     }
 
+    /// The element where the closest point leaps; `beyond` is the one on the
+    /// outer side.
+    ///
+    /// Beside the boundary, where the faces around a vertex lean towards each
+    /// other, it leaps between neighbours: that little is left to the strip.
+    fn leapt(&self, beyond: u32) -> u32 {
+        match self.element_of(beyond) {
+            Element::Strip(_) | Element::Sector(_) => beyond,
+            _ => self.name(Element::Jump(self.face_of(beyond))),
+        }
+    }
+
     /// Value and gradient of one element.
     fn piece(&self, p: DVec3, element: Element) -> (f64, DVec3) {
         match element {
@@ -230,6 +245,18 @@ impl Implicit for ThickSolid<'_> {
         self.piece(p, self.element_of(element))
     }
 
+    /// The shell and the patch are wherever their nearest triangle has them.
+    fn instead(&self, p: DVec3, element: u32) -> Option<u32> {
+        let (face, height, kind): (_, _, fn(u32) -> Element) = match self.element_of(element) {
+            Element::Shell(face) => (face, self.thickness, Element::Shell),
+            Element::Patch(face) => (face, 0.0, Element::Patch),
+            _ => return None,
+        };
+        let foot = self.patch.foot(p, face);
+        let hidden = foot.face != face && (foot.distance - height).abs() > HIDDEN * self.tolerance;
+        hidden.then(|| self.name(kind(foot.face)))
+    }
+
     /// The closed form of the outer end's element, then the inner one's, then
     /// halves; each guess is verified by a closest-point query, which also
     /// says on which side to go on.
@@ -263,10 +290,10 @@ impl Implicit for ThickSolid<'_> {
             let t = guess.unwrap_or(0.5 * (near.0 + far.0));
             let sample = self.sample(at(t), near.1.element);
             if sample.value.abs() <= self.tolerance || splits == MOST_SPLITS {
-                let element = if sample.value.abs() > self.tolerance {
-                    self.name(Element::Jump(self.face_of(far.1.element)))
-                } else {
+                let element = if sample.value.abs() <= self.tolerance {
                     sample.element
+                } else {
+                    self.leapt(far.1.element)
                 };
                 return Crossing {
                     t,
