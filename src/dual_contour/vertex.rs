@@ -176,11 +176,11 @@ impl<I: Implicit> Finder<'_, I> {
         };
         let corner = self.meet(&mut [a, b, c], start);
         corner.filter(|found| fits(found.position)).or_else(|| {
-            // The corner is in another cell: one of its creases is here.
+            // The corner is in another cell: one of its creases is here. The
+            // sharpest first; the others may be hardly bent.
             [[a, b], [b, c], [a, c]]
                 .into_iter()
-                .filter_map(|pair| self.on_line(pair, start, mass, fits))
-                .min_by(|x, y| x.value.abs().total_cmp(&y.value.abs()))
+                .find_map(|pair| self.on_line(pair, start, mass, fits))
         })
     }
 

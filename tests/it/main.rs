@@ -11,4 +11,5 @@ mod readers;
 mod readme;
 mod snapshots;
 mod tags;
+mod thicken;
 mod writers;
