@@ -22,12 +22,48 @@ use midsurf::thicken::{Settings, Side, thicken};
 type Row = (&'static str, usize, f64, [f64; 3], [f64; 3]);
 
 const TABLE: [Row; 6] = [
-    ("helmet", 10_822, -2.5, [1.03, 1.16, 1.33], [6.07, 4.93, 5.37]),
-    ("pig-tail", 204, 0.5, [0.310, 0.180, 0.460], [1.87, 0.980, 1.95]),
-    ("face", 23_154, 2.5, [0.983, 0.499, 0.734], [5.74, 2.06, 2.79]),
-    ("femur", 8_856, 2.5, [1.28, 0.552, 0.828], [8.04, 2.52, 3.31]),
-    ("sculpture", 57_396, 3.0, [0.954, 0.538, 0.479], [5.15, 1.92, 1.59]),
-    ("repaired", 134_136, 3.0, [0.850, 0.654, 0.743], [4.29, 2.21, 2.33]),
+    (
+        "helmet",
+        10_822,
+        -2.5,
+        [1.03, 1.16, 1.33],
+        [6.07, 4.93, 5.37],
+    ),
+    (
+        "pig-tail",
+        204,
+        0.5,
+        [0.310, 0.180, 0.460],
+        [1.87, 0.980, 1.95],
+    ),
+    (
+        "face",
+        23_154,
+        2.5,
+        [0.983, 0.499, 0.734],
+        [5.74, 2.06, 2.79],
+    ),
+    (
+        "femur",
+        8_856,
+        2.5,
+        [1.28, 0.552, 0.828],
+        [8.04, 2.52, 3.31],
+    ),
+    (
+        "sculpture",
+        57_396,
+        3.0,
+        [0.954, 0.538, 0.479],
+        [5.15, 1.92, 1.59],
+    ),
+    (
+        "repaired",
+        134_136,
+        3.0,
+        [0.850, 0.654, 0.743],
+        [4.29, 2.21, 2.33],
+    ),
 ];
 
 fn main() {
@@ -37,13 +73,26 @@ fn main() {
     }
     println!(
         "{:10} {:>9} {:>9} {:>5} | {:>8} {:>8} {:>8} | {:>23} | {:>9} {:>9} {:>5}",
-        "surface", "triangles", "thickness", "cells", "grid", "contour", "join",
-        "paper: grid faces shape", "result", "shell off", "sound"
+        "surface",
+        "triangles",
+        "thickness",
+        "cells",
+        "grid",
+        "contour",
+        "join",
+        "paper: grid faces shape",
+        "result",
+        "shell off",
+        "sound"
     );
     for (name, triangles, edges, coarse, fine) in TABLE {
         let patch = stand_in(name, triangles);
         let thickness = edges.abs() * mean_edge(&patch);
-        let side = if edges < 0.0 { Side::Inner } else { Side::Outer };
+        let side = if edges < 0.0 {
+            Side::Inner
+        } else {
+            Side::Outer
+        };
         for (cells, paper) in [(128.0, coarse), (256.0, fine)] {
             let size = patch.bounds().size().max_element() + 2.0 * thickness;
             let settings = Settings {
@@ -58,9 +107,15 @@ fn main() {
             match thicken(&patch, &settings, &|_, _, _| ()) {
                 Ok(r) => println!(
                     "{:>8.3} {:>8.3} {:>8.3} | {:>7} {:>7} {:>7} | {:>9} {:>8.4}% {:>5}  ({:.2} s in all)",
-                    r.work.band_seconds, r.work.contour_seconds, r.join_seconds,
-                    paper[0], paper[1], paper[2],
-                    r.mesh.triangles.len(), 100.0 * r.deviation.mean / thickness, r.is_sound(),
+                    r.work.band_seconds,
+                    r.work.contour_seconds,
+                    r.join_seconds,
+                    paper[0],
+                    paper[1],
+                    paper[2],
+                    r.mesh.triangles.len(),
+                    100.0 * r.deviation.mean / thickness,
+                    r.is_sound(),
                     start.elapsed().as_secs_f64()
                 ),
                 Err(error) => println!("{error}"),
@@ -88,7 +143,8 @@ fn stand_in(name: &str, triangles: usize) -> TriMesh {
         "face" => {
             let n = ((triangles / 2) as f64).sqrt().round() as usize;
             sheet(n, n, |u, v| {
-                let z = 0.12 * (5.0 * u).sin() * (4.0 * v).cos() - 0.3 * ((u - 0.5).powi(2) + (v - 0.5).powi(2));
+                let z = 0.12 * (5.0 * u).sin() * (4.0 * v).cos()
+                    - 0.3 * ((u - 0.5).powi(2) + (v - 0.5).powi(2));
                 DVec3::new(u, v, z)
             })
         }

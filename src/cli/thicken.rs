@@ -118,6 +118,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result =
         thicken(&loaded.mesh, &settings, &show).map_err(|error| failure(&error, &args.patch))?;
+    warnings.extend(refined(&result, settings.cell));
     warnings.extend(unsound(&result));
 
     progress.show("writing", 0, 0);
@@ -155,6 +156,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             "shell_deviation": result.deviation,
             "self_intersections": result.self_intersections,
             "bad_edges": result.bad_edges,
+            "cell": result.cell,
             "attempts": result.attempts,
         },
         "seconds": seconds,
@@ -272,6 +274,18 @@ fn rounded(surface: &TriMesh) -> Option<Warning> {
         code: "rounded".to_owned(),
         message: format!(
             "{count} vertices of the surface have more digits than an .stl holds and are rounded; .obj and .ply keep them"
+        ),
+    })
+}
+
+/// Another cell than the one asked for.
+fn refined(result: &Thickened, asked: f64) -> Option<Warning> {
+    (result.cell < asked).then(|| Warning {
+        code: "refined".to_owned(),
+        message: format!(
+            "cells of {} do not resolve the surface's boundary; cells of {} were taken",
+            figure(asked),
+            figure(result.cell)
         ),
     })
 }

@@ -33,6 +33,9 @@ const ZERO: f64 = 1e-9;
 /// the meeting place, for each of a few changes of elements.
 const MEETING_STEPS: usize = 40;
 
+/// Pairs of elements tried for a crease after the likeliest.
+const MOST_PAIRS: usize = 6;
+
 /// Vertex of the result within a cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CellVertex {
@@ -171,17 +174,39 @@ impl<I: Implicit> Finder<'_, I> {
     fn crease(&mut self, mass: DVec3, fits: &impl Fn(DVec3) -> bool) -> Option<Candidate> {
         let start = qef::minimise(self.crossings, mass);
         let ([a, b], third) = self.sides();
-        let Some(c) = third else {
-            return self.on_line([a, b], start, mass, fits);
-        };
-        let corner = self.meet(&mut [a, b, c], start);
+        let corner = third.and_then(|c| self.meet(&mut [a, b, c], start));
+        // If the corner is in another cell, one of its creases is here. The
+        // sharpest first; the others may be hardly bent.
         corner.filter(|found| fits(found.position)).or_else(|| {
-            // The corner is in another cell: one of its creases is here. The
-            // sharpest first; the others may be hardly bent.
-            [[a, b], [b, c], [a, c]]
-                .into_iter()
-                .find_map(|pair| self.on_line(pair, start, mass, fits))
+            let sharp = self.on_line([a, b], start, mass, fits);
+            let third = third.into_iter().flat_map(|c| [[b, c], [a, c]]);
+            sharp.or_else(|| {
+                third
+                    .chain(self.other_pairs([a, b]))
+                    .find_map(|pair| self.on_line(pair, start, mass, fits))
+            })
         })
+    }
+
+    /// Pairs of elements whose normals differ, but for one pair, the most
+    /// different first. A crease between elements that are nearly one plane
+    /// each (a strip's neighbour, a facet's) may pass where theirs does not.
+    fn other_pairs(&self, but: [u32; 2]) -> SmallVec<[[u32; 2]; 4]> {
+        let mut found: SmallVec<[(f64, [u32; 2]); 4]> = SmallVec::new();
+        for [a, b] in self.pairs() {
+            let cosine = a.normal.dot(b.normal);
+            let pair = [a.element.min(b.element), a.element.max(b.element)];
+            let known = |&(_, other): &(f64, [u32; 2])| other == pair;
+            if cosine < SPREAD
+                && pair != [but[0].min(but[1]), but[0].max(but[1])]
+                && !found.iter().any(known)
+            {
+                found.push((cosine, pair));
+            }
+        }
+        found.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        found.truncate(MOST_PAIRS);
+        found.into_iter().map(|(_, pair)| pair).collect()
     }
 
     /// A point of the crease between two elements that fits.

@@ -222,6 +222,9 @@ pub struct Thickened {
     pub self_intersections: usize,
     /// Edges of the result that do not have two triangles.
     pub bad_edges: usize,
+    /// Cell of the grid: smaller than the one asked for where that did not
+    /// resolve the boundary.
+    pub cell: f64,
     /// Inner shell.
     pub deviation: Deviation,
     /// Ways tried to lay the grid and the cut until nothing cut itself.
@@ -244,8 +247,14 @@ impl Thickened {
 /// Heights at which the contour is cut, over the thickness, in the order tried.
 const LEVELS: [f64; 5] = [0.4, 0.47, 0.33, 0.55, 0.26];
 
-/// Shifts of the grid, in cells, in the order tried.
-const SHIFTS: [f64; 3] = [0.0, 0.29, 0.61];
+/// Grids in the order tried: cell, over the one asked for, and shift in cells.
+const GRIDS: [(f64, f64); 5] = [
+    (1.0, 0.0),
+    (1.0, 0.29),
+    (1.0, 0.61),
+    (0.6, 0.0),
+    (0.36, 0.0),
+];
 
 /// Bytes that an active cell and a node within reach of the patch take.
 const BYTES_PER_CELL: f64 = 400.0;
@@ -284,12 +293,17 @@ pub fn thicken(
     }
     let field_seconds = start.elapsed().as_secs_f64();
 
-    let solid = ThickSolid::new(&patch, settings.thickness, settings.cell);
     let mut best: Option<Thickened> = None;
     let mut attempts = 0;
     let mut join_seconds = 0.0;
-    for shift in SHIFTS {
-        let grid = grid(&patch, &solid.bounds(), settings, shift)?;
+    for (finer, shift) in GRIDS {
+        let cell = finer * settings.cell;
+        let solid = ThickSolid::new(&patch, settings.thickness, cell);
+        let grid = match grid(&patch, &solid.bounds(), settings, cell, shift) {
+            Ok(grid) => grid,
+            Err(error) if attempts == 0 => return Err(error),
+            Err(_) => break,
+        };
         let how = dual_contour::Settings {
             tolerance: settings.tolerance,
             filters: settings.filters,
@@ -315,6 +329,7 @@ pub fn thicken(
                     boundaries: patch.rim.loops.len(),
                     self_intersections: pairs,
                     bad_edges,
+                    cell,
                     deviation: deviation(&patch, &mesh, settings.thickness),
                     mesh,
                     attempts,
@@ -401,11 +416,10 @@ fn grid(
     patch: &Patch,
     bounds: &Bounds,
     settings: &Settings,
+    cell: f64,
     shift: f64,
 ) -> Result<Grid, ThickenError> {
-    let Settings {
-        thickness, cell, ..
-    } = *settings;
+    let thickness = settings.thickness;
     let area = patch.mesh.area();
     let bytes = 4.0 * area / cell.powi(2) * BYTES_PER_CELL
         + 2.0 * area * (thickness + cell) / cell.powi(3) * BYTES_PER_NODE;
@@ -449,24 +463,6 @@ fn join(
     let census = mesh.edges().census();
     let bad = census.open + census.misoriented + census.balanced + census.unbalanced;
     let pairs = self_intersections(&mesh);
-    if std::env::var("THICK_DEBUG").is_ok() {
-        let (np, nf) = (patch.mesh.triangles.len(), cut.mesh.triangles.len());
-        let kind = |f: crate::mesh::FaceId| {
-            if f.index() < np {
-                'P'
-            } else if f.index() < np + nf {
-                'C'
-            } else {
-                'Z'
-            }
-        };
-        let kinds: Vec<String> = pairs
-            .iter()
-            .take(8)
-            .map(|&(a, b)| format!("{}{} at {:.3}", kind(a), kind(b), mesh.corners(b)[0]))
-            .collect();
-        eprintln!("level {share}: bad {bad} {} pairs {kinds:?}", pairs.len());
-    }
     Some((mesh, pairs.len(), bad))
 }
 

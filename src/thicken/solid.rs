@@ -185,6 +185,36 @@ impl ThickSolid<'_> {
         }
     }
 
+    /// The strip that goes on where a point lies beyond the end of one, or the
+    /// sector between the two.
+    fn strip_beside(&self, p: DVec3, edge: u32) -> Option<Element> {
+        let rim = &self.patch.rim;
+        let beyond = |edge: u32| {
+            let e = &rim.edges[edge as usize];
+            let [a, b] = [e.from, e.to].map(|v| self.patch.position(v));
+            let along = (b - a).normalize_or_zero();
+            [(a - p).dot(along), (p - b).dot(along)]
+        };
+        let [before, after] = beyond(edge);
+        let e = &rim.edges[edge as usize];
+        let slack = HIDDEN * self.tolerance;
+        let (vertex, next, gap) = if before > slack {
+            let next = rim.before(edge);
+            (e.from, next, beyond(next)[1])
+        } else if after > slack {
+            let next = rim.edges_at(e.to)?[1];
+            (e.to, next, beyond(next)[0])
+        } else {
+            return None;
+        };
+        if gap <= slack {
+            return Some(Element::Strip(next));
+        }
+        let sectors = rim.sectors_at(vertex).map(|s| self.sector(p, s));
+        let nearest = sectors.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+        nearest.map(|(_, sector)| sector)
+    }
+
     /// The element where the closest point leaps; `beyond` is the one on the
     /// outer side.
     ///
@@ -245,11 +275,13 @@ impl Implicit for ThickSolid<'_> {
         self.piece(p, self.element_of(element))
     }
 
-    /// The shell and the patch are wherever their nearest triangle has them.
+    /// The shell and the patch are where their nearest triangle has them; a
+    /// strip ends with its edge.
     fn instead(&self, p: DVec3, element: u32) -> Option<u32> {
         let (face, height, kind): (_, _, fn(u32) -> Element) = match self.element_of(element) {
             Element::Shell(face) => (face, self.thickness, Element::Shell),
             Element::Patch(face) => (face, 0.0, Element::Patch),
+            Element::Strip(edge) => return self.strip_beside(p, edge).map(|e| self.name(e)),
             _ => return None,
         };
         let foot = self.patch.foot(p, face);

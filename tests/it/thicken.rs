@@ -214,7 +214,10 @@ fn settings_without_sense_are_refused() {
     use ThickenError as E;
     assert!(matches!(with(|s| s.thickness = 0.0), E::BadThickness(_)));
     assert!(matches!(with(|s| s.thickness = -1.0), E::BadThickness(_)));
-    assert!(matches!(with(|s| s.thickness = f64::NAN), E::BadThickness(_)));
+    assert!(matches!(
+        with(|s| s.thickness = f64::NAN),
+        E::BadThickness(_)
+    ));
     assert!(matches!(with(|s| s.cell = 0.5), E::CoarseCell { .. }));
     assert!(matches!(with(|s| s.cell = f64::NAN), E::BadCell(_)));
     assert!(matches!(with(|s| s.tolerance = 0.0), E::BadTolerance(_)));
@@ -243,12 +246,21 @@ fn surfaces_without_two_sides_are_refused() {
     assert!(matches!(refuse(&strip), E::OneSided));
 
     let square = |triangles: &[[u32; 3]]| TriMesh {
-        positions: [[0., 0., 0.], [4., 0., 0.], [4., 4., 0.], [0., 4., 0.], [2., 2., 3.]]
-            .map(DVec3::from)
-            .to_vec(),
+        positions: [
+            [0., 0., 0.],
+            [4., 0., 0.],
+            [4., 4., 0.],
+            [0., 4., 0.],
+            [2., 2., 3.],
+        ]
+        .map(DVec3::from)
+        .to_vec(),
         triangles: triangles.to_vec(),
     };
-    assert!(matches!(refuse(&square(&[[0, 1, 2], [0, 3, 2]])), E::Sides(_)));
+    assert!(matches!(
+        refuse(&square(&[[0, 1, 2], [0, 3, 2]])),
+        E::Sides(_)
+    ));
     assert!(matches!(
         refuse(&square(&[[0, 1, 2], [0, 2, 3], [2, 0, 4]])),
         E::NotManifold { .. } | E::Sides(_)
@@ -298,5 +310,9 @@ fn the_command_writes_a_solid_and_a_report() {
 
     let bad = desk.run(&["thicken", patch.to_str().unwrap(), "--thickness=-2"]);
     assert_eq!(bad.status.code(), Some(2));
-    assert!(text(&bad.stderr).contains("--side"), "{}", text(&bad.stderr));
+    assert!(
+        text(&bad.stderr).contains("--side"),
+        "{}",
+        text(&bad.stderr)
+    );
 }
