@@ -36,6 +36,11 @@ const MEETING_STEPS: usize = 40;
 /// Pairs of elements tried for a crease after the likeliest.
 const MOST_PAIRS: usize = 6;
 
+/// A crease this far from a cell, in cells, is just missed, and the vertex is
+/// looked for at this distance from the cell's faces.
+const NEAR_MISS: f64 = 0.5;
+const NEAR_MISS_INSET: f64 = 0.01;
+
 /// Vertex of the result within a cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CellVertex {
@@ -180,12 +185,30 @@ impl<I: Implicit> Finder<'_, I> {
         corner.filter(|found| fits(found.position)).or_else(|| {
             let sharp = self.on_line([a, b], start, mass, fits);
             let third = third.into_iter().flat_map(|c| [[b, c], [a, c]]);
-            sharp.or_else(|| {
+            let other = sharp.or_else(|| {
                 third
                     .chain(self.other_pairs([a, b]))
                     .find_map(|pair| self.on_line(pair, start, mass, fits))
-            })
+            });
+            other.or_else(|| self.near_miss([a, b], start, fits))
         })
+    }
+
+    /// Where a crease just misses the cell, the nearest place of the surface
+    /// that fits: the cell's edges do not see how thin the solid gets there,
+    /// and the mass point would leave a notch.
+    fn near_miss(
+        &mut self,
+        mut pair: [u32; 2],
+        start: DVec3,
+        fits: &impl Fn(DVec3) -> bool,
+    ) -> Option<Candidate> {
+        let missed = self.meet(&mut pair, start)?.position;
+        let start = self.cell.clamp(missed, NEAR_MISS_INSET);
+        if start.distance(missed) > NEAR_MISS * self.grid.cell() || !fits(start) {
+            return None;
+        }
+        Some(self.descend(start, pair[0], fits))
     }
 
     /// Pairs of elements whose normals differ, but for one pair, the most

