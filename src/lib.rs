@@ -21,6 +21,8 @@
 //! * [`assembly`]: loops and triangles of a tetrahedron, and the raw mesh.
 //! * [`trace`]: walks the lattice where the mid-surface leads, in parallel.
 //! * [`post`]: clean-up, then sheets, seams, borders and what to say of them.
+//!
+//! Beside it, [`thicken`] makes solids of surfaces.
 
 // A library neither prints nor gives up.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

@@ -6,8 +6,9 @@
 //! a coiled strip for the pig's tail, a bumpy sheet for the face, and bumpy
 //! spheres with an opening for the rest. Times depend on how much area a box of
 //! 128 or 256 cells holds, so only the order of magnitude compares. The paper ran
-//! on four cores; threads here are as RAYON_NUM_THREADS says. Shape optimisation
-//! has no counterpart: vertices are placed at once. Where the cell is not below
+//! on four cores; threads here are as RAYON_NUM_THREADS says. Faces here take
+//! in the check for self-intersections, shape is the moving of vertices to sharp
+//! edges, with that check again. Where the cell is not below
 //! half the thickness (Remark 1), there is no figure.
 
 use std::f64::consts::{PI, TAU};

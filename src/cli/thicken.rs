@@ -133,6 +133,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         "band": result.work.band_seconds,
         "contour": result.work.contour_seconds,
         "join": result.join_seconds,
+        "sharpen": result.sharpen_seconds,
         "write": begin.elapsed().as_secs_f64(),
         "total": start.elapsed().as_secs_f64(),
     });
@@ -158,6 +159,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             "bad_edges": result.bad_edges,
             "cell": result.cell,
             "attempts": result.attempts,
+            "sharpened": result.sharpened,
         },
         "seconds": seconds,
         "peak_memory": peak(),
@@ -251,15 +253,16 @@ fn details(result: &Thickened) {
         "vertices of the whole contour: {cells} in cells, {faces} on faces, {edges} on edges"
     ));
     say(format_args!(
-        "boundaries: {}; ways tried to lay grid and cut: {}",
-        result.boundaries, result.attempts
+        "boundaries: {}; ways tried to lay grid and cut: {}; vertices moved to sharp edges: {}",
+        result.boundaries, result.attempts, result.sharpened
     ));
     say(format_args!(
-        "seconds: field {:.3}, band {:.3}, contour {:.3}, cut and join {:.3}",
+        "seconds: field {:.3}, band {:.3}, contour {:.3}, cut and join {:.3}, sharp edges {:.3}",
         result.field_seconds,
         result.work.band_seconds,
         result.work.contour_seconds,
-        result.join_seconds
+        result.join_seconds,
+        result.sharpen_seconds
     ));
 }
 

@@ -37,9 +37,9 @@ const MEETING_STEPS: usize = 40;
 const MOST_PAIRS: usize = 6;
 
 /// A crease this far from a cell, in cells, is just missed, and the vertex is
-/// looked for at this distance from the cell's faces.
+/// looked for at these distances from the cell's faces, in cells.
 const NEAR_MISS: f64 = 0.5;
-const NEAR_MISS_INSET: f64 = 0.01;
+const NEAR_MISS_INSETS: [f64; 4] = [0.01, 0.04, 0.1, 0.2];
 
 /// Vertex of the result within a cell.
 #[derive(Clone, Copy, Debug)]
@@ -204,11 +204,24 @@ impl<I: Implicit> Finder<'_, I> {
         fits: &impl Fn(DVec3) -> bool,
     ) -> Option<Candidate> {
         let missed = self.meet(&mut pair, start)?.position;
-        let start = self.cell.clamp(missed, NEAR_MISS_INSET);
-        if start.distance(missed) > NEAR_MISS * self.grid.cell() || !fits(start) {
+        if self.cell.clamp(missed, 0.0).distance(missed) > NEAR_MISS * self.grid.cell() {
             return None;
         }
-        Some(self.descend(start, pair[0], fits))
+        // The farther inside, the less the surface's sides cut each other off.
+        let mut best: Option<Candidate> = None;
+        for inset in NEAR_MISS_INSETS {
+            let start = self.cell.clamp(missed, inset);
+            if fits(start) {
+                let found = self.descend(start, pair[0], fits);
+                if best.is_none_or(|b| found.value.abs() < b.value.abs()) {
+                    best = Some(found);
+                }
+                if found.value.abs() <= 1e3 * self.zero() {
+                    break;
+                }
+            }
+        }
+        best
     }
 
     /// Pairs of elements whose normals differ, but for one pair, the most

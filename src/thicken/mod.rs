@@ -4,7 +4,7 @@
 //! Stage by stage:
 //!
 //! ```text
-//! patch -> solid -> (dual_contour) -> cut -> collar -> mesh
+//! patch -> solid -> (dual_contour) -> cut -> collar -> sharpen -> mesh
 //! ```
 //!
 //! * `patch`: the checked surface, its boundary, and on which side of it a
@@ -15,6 +15,8 @@
 //!   self-intersections, with sharp edges between cross-section and shell.
 //! * `cut`: what is near the patch is cut off.
 //! * `collar`: the rest of the cross-section, up to the patch's own boundary.
+//! * `sharpen`: vertices moved to the edge between cross-section and shell
+//!   where cells cut it off (section 4.3).
 //!
 //! # Deviations from the paper
 //!
@@ -35,7 +37,10 @@
 mod collar;
 mod cut;
 mod patch;
+mod sharpen;
 mod solid;
+#[cfg(test)]
+mod tests;
 
 use std::time::Instant;
 
@@ -229,10 +234,14 @@ pub struct Thickened {
     pub deviation: Deviation,
     /// Ways tried to lay the grid and the cut until nothing cut itself.
     pub attempts: usize,
+    /// Vertices moved to the edge between cross-section and inner shell.
+    pub sharpened: usize,
     /// Checking the patch and building the tree.
     pub field_seconds: f64,
     /// Cutting, joining and checking.
     pub join_seconds: f64,
+    /// Moving vertices to sharp edges.
+    pub sharpen_seconds: f64,
     /// The grid's work, of the last attempt.
     pub work: Work,
 }
@@ -316,7 +325,7 @@ pub fn thicken(
             attempts += 1;
             let joined = join(&patch, &contour.mesh, &distances, share, settings);
             join_seconds += begin.elapsed().as_secs_f64();
-            let Some((mesh, pairs, bad_edges)) = joined else {
+            let Some((mut mesh, pairs, bad_edges)) = joined else {
                 continue;
             };
             let problems = |t: &Thickened| t.self_intersections + t.bad_edges;
@@ -324,6 +333,17 @@ pub fn thicken(
                 .as_ref()
                 .is_none_or(|b| pairs + bad_edges < problems(b))
             {
+                let begin = Instant::now();
+                let mut sharpened = 0;
+                if pairs == 0 {
+                    let Settings {
+                        thickness,
+                        precision,
+                        ..
+                    } = *settings;
+                    sharpened = sharpen::sharpen(&patch, &mut mesh, thickness, cell, precision);
+                }
+                let sharpen_seconds = begin.elapsed().as_secs_f64();
                 best = Some(Thickened {
                     patch_triangles: patch.mesh.triangles.len(),
                     boundaries: patch.rim.loops.len(),
@@ -333,8 +353,10 @@ pub fn thicken(
                     deviation: deviation(&patch, &mesh, settings.thickness),
                     mesh,
                     attempts,
+                    sharpened,
                     field_seconds,
                     join_seconds,
+                    sharpen_seconds,
                     work: contour.work,
                 });
             }
