@@ -225,7 +225,8 @@ pub struct Thickened {
     pub boundaries: usize,
     /// Pairs of triangles of the result that cut or touch each other.
     pub self_intersections: usize,
-    /// Edges of the result that do not have two triangles.
+    /// Edges of the result that do not have two triangles, and triangles
+    /// without area.
     pub bad_edges: usize,
     /// Cell of the grid: smaller than the one asked for where that did not
     /// resolve the boundary.
@@ -392,7 +393,7 @@ fn check(settings: &Settings) -> Result<(), ThickenError> {
     if !(cell > 0.0 && cell.is_finite()) {
         return Err(ThickenError::BadCell(cell));
     }
-    if !(tolerance > 0.0) {
+    if tolerance.is_nan() || tolerance <= 0.0 {
         return Err(ThickenError::BadTolerance(tolerance));
     }
     if cell >= 0.5 * thickness {
@@ -463,8 +464,8 @@ fn grid(
     })
 }
 
-/// The solid from its contour, with pairs of triangles that cut each other and
-/// edges without two triangles; none if the cut does not follow the boundary.
+/// The solid from its contour, with pairs of triangles that cut each other, and
+/// edges without two triangles or triangles without area; none if the cut does not follow the boundary.
 fn join(
     patch: &Patch,
     contour: &TriMesh,
@@ -483,7 +484,9 @@ fn join(
     mesh.triangles.extend(far);
     mesh.triangles.extend(collar);
     let census = mesh.edges().census();
-    let bad = census.open + census.misoriented + census.balanced + census.unbalanced;
+    // The search for pairs passes over triangles without area.
+    let flat = mesh.faces().filter(|&f| mesh.triangle_area(f) == 0.0);
+    let bad = census.open + census.misoriented + census.balanced + census.unbalanced + flat.count();
     let pairs = self_intersections(&mesh);
     Some((mesh, pairs.len(), bad))
 }

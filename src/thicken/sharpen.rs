@@ -20,6 +20,13 @@ const NONE: f64 = 1e-6;
 /// Vertices are moved by this at most, in cells.
 const REACH: f64 = 0.75;
 
+/// Vertices this far below the shell and off the cross-section, in cells,
+/// belong to the edge between the two: a crease that just missed its cell.
+const OFF: f64 = 0.3;
+
+/// Triangles lower than this, over their longest side, are not made.
+const THIN: f64 = 1e-4;
+
 /// Times that vertices are put back before all are.
 const ROUNDS: usize = 5;
 
@@ -28,7 +35,8 @@ const ROUNDS: usize = 5;
 enum Spot {
     /// Inner shell, off the cross-section.
     Shell,
-    /// Cross-section, off the shell; its place over or under on the far edge.
+    /// Cross-section, or beside it, off the shell; the place beyond it on the
+    /// far edge.
     Strip(DVec3),
     Other,
 }
@@ -46,7 +54,7 @@ pub(super) fn sharpen(
     let own = patch.mesh.positions.len();
     let spots: Vec<Spot> = mesh.positions[own..]
         .par_iter()
-        .map(|&p| spot(patch, p, thickness, REACH * cell))
+        .map(|&p| spot(patch, p, thickness, cell))
         .collect();
     let of = |v: u32| {
         let new = (v as usize).checked_sub(own);
@@ -72,14 +80,17 @@ pub(super) fn sharpen(
     }
     for _ in 0..ROUNDS {
         let pairs = self_intersections(mesh);
-        if pairs.is_empty() {
+        let cutting = pairs.iter().flat_map(|&(f, g)| [f, g]);
+        let thin = mesh.faces().skip(patch.mesh.triangles.len());
+        let thin = thin.filter(|&f| is_thin(mesh.corners(f)));
+        let mut back: Vec<u32> = cutting
+            .chain(thin)
+            .flat_map(|f| mesh.triangles[f.index()])
+            .filter(|&v| mesh.positions[v as usize] != home[v as usize])
+            .collect();
+        if back.is_empty() && pairs.is_empty() {
             return moved.len();
         }
-        let mut back: Vec<u32> = pairs
-            .iter()
-            .flat_map(|&(f, g)| [f, g])
-            .flat_map(|f| mesh.triangles[f.index()])
-            .collect();
         back.sort_unstable();
         for &v in &back {
             mesh.positions[v as usize] = home[v as usize];
@@ -90,17 +101,25 @@ pub(super) fn sharpen(
     0
 }
 
-fn spot(patch: &Patch, p: DVec3, thickness: f64, reach: f64) -> Spot {
+/// Whether two corners fall together, or all lie on one line, or nearly so.
+fn is_thin([a, b, c]: [DVec3; 3]) -> bool {
+    let sides = [a.distance(b), b.distance(c), c.distance(a)];
+    let longest = sides[0].max(sides[1]).max(sides[2]);
+    (b - a).cross(c - a).length() <= THIN * longest * longest
+}
+
+fn spot(patch: &Patch, p: DVec3, thickness: f64, cell: f64) -> Spot {
     let foot = patch.foot(p, 0);
     let none = NONE * thickness;
     let depth = thickness - foot.distance;
+    let slack = if depth > none { OFF * cell } else { none };
     let strip = |edge: u32| {
         let e = &patch.rim.edges[edge as usize];
         let [a, b] = [e.from, e.to].map(|v| patch.position(v));
         let along = (b - a).normalize_or_zero();
         let base = a + (p - a).dot(along) * along;
         let off = (p - a).dot(e.outward).abs();
-        (off < none).then(|| base + thickness * e.down)
+        (off < slack).then(|| base + thickness * e.down)
     };
     let over = match foot.rim {
         Some(OnRim::Edge(e)) => strip(e),
@@ -113,7 +132,7 @@ fn spot(patch: &Patch, p: DVec3, thickness: f64, reach: f64) -> Spot {
     match over {
         None if depth.abs() < none => Spot::Shell,
         // Where strips lean towards each other, the far edge is nearer.
-        Some(target) if depth > none && depth < reach => {
+        Some(target) if depth > none && depth < REACH * cell => {
             let there = patch.foot(target, foot.face).distance;
             if there > thickness - none {
                 Spot::Strip(target)
