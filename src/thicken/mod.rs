@@ -361,8 +361,8 @@ pub fn thicken(
                     work: contour.work,
                 });
             }
-            if best.as_ref().is_some_and(Thickened::is_sound) {
-                return best.ok_or(ThickenError::Empty);
+            if let Some(sound) = best.take_if(|best| best.is_sound()) {
+                return Ok(sound);
             }
             if patch.rim.loops.is_empty() {
                 // Another cut would change nothing.
@@ -511,7 +511,7 @@ fn deviation(patch: &Patch, mesh: &TriMesh, thickness: f64) -> Deviation {
         })
         .collect();
     Deviation {
-        mean: errors.iter().sum::<f64>() / errors.len().max(1) as f64,
+        mean: errors.iter().fold(0.0, |sum, e| sum + e) / errors.len().max(1) as f64,
         max: errors.iter().copied().fold(0.0, f64::max),
     }
 }
