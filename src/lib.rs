@@ -24,6 +24,10 @@
 //!
 //! Beside that pipeline:
 //!
+//! * [`dual_contour`]: a solid given by a function, as a mesh without
+//!   self-intersections; what the next two share.
+//! * [`offset`]: closed parts grown, shrunk and hollowed.
+//! * [`thicken`]: solids of surfaces, on one side.
 //! * [`subdivide`]: hollow solids from Catmull-Clark control meshes.
 
 // A library neither prints nor gives up.
@@ -42,6 +46,7 @@ pub mod offset;
 pub mod post;
 pub mod subdivide;
 pub mod tags;
+pub mod thicken;
 pub mod trace;
 pub mod vertices;
 

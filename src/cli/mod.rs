@@ -18,6 +18,7 @@ mod progress;
 mod report;
 mod subdivide;
 mod tags;
+mod thicken;
 mod thickness;
 
 use std::io::{self, IsTerminal, Write};
@@ -53,6 +54,7 @@ enum Command {
     Tags(tags::Args),
     Offset(offset::Args),
     Hollow(hollow::Args),
+    Thicken(thicken::Args),
 }
 
 /// Parses the command line, runs the command, reports what went wrong.
@@ -78,6 +80,7 @@ pub fn run() -> ExitCode {
         Command::Tags(args) => tags::run(args),
         Command::Offset(args) => offset::run(args),
         Command::Hollow(args) => hollow::run(args),
+        Command::Thicken(args) => thicken::run(args),
     };
     match outcome {
         Ok(code) => code,

@@ -32,6 +32,17 @@ pub trait Implicit: Sync {
     /// Smooth where [`sample`](Implicit::sample) has a crease.
     fn element(&self, p: DVec3, element: u32) -> (f64, DVec3);
 
+    /// Another element that takes this one's place at a point where this one's
+    /// own value is zero.
+    ///
+    /// A solid that is the common part of others (a slab cut off by planes)
+    /// has a value of zero wherever one of its elements has, behind the others
+    /// too; there the value alone does not tell that an element is not part of
+    /// the surface.
+    fn instead(&self, _p: DVec3, _element: u32) -> Option<u32> {
+        None
+    }
+
     /// Where the surface crosses the segment between two samples of opposite
     /// sides. `samples[0]` is at `ends[0]`.
     fn crossing(&self, ends: [DVec3; 2], samples: [Sample; 2]) -> Crossing;

@@ -38,6 +38,14 @@ const NEXT_TO: f64 = 1e-3;
 /// the meeting place, for each of a few changes of elements.
 const MEETING_STEPS: usize = 40;
 
+/// Pairs of elements tried for a crease after the likeliest.
+const MOST_PAIRS: usize = 6;
+
+/// A crease this far from a cell, in cells, is just missed, and the vertex is
+/// looked for at these distances from the cell's faces, in cells.
+const NEAR_MISS: f64 = 0.5;
+const NEAR_MISS_INSETS: [f64; 4] = [0.01, 0.04, 0.1, 0.2];
+
 /// Vertex of the result.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vertex {
@@ -206,17 +214,70 @@ impl<I: Implicit> Finder<'_, I> {
     fn crease(&mut self, mass: DVec3, fits: &impl Fn(DVec3) -> bool) -> Option<Candidate> {
         let start = qef::minimise(self.crossings, mass);
         let ([a, b], third) = self.sides();
-        let Some(c) = third else {
-            return self.on_line([a, b], start, mass, fits);
-        };
-        let corner = self.meet(&mut [a, b, c], start);
+        let corner = third.and_then(|c| self.meet(&mut [a, b, c], start));
+        // If the corner is in another cell, one of its creases is here. The
+        // sharpest first; the others may be hardly bent.
         corner.filter(|found| fits(found.position)).or_else(|| {
-            // The corner is in another cell: one of its creases is here.
-            [[a, b], [b, c], [a, c]]
-                .into_iter()
-                .filter_map(|pair| self.on_line(pair, start, mass, fits))
-                .min_by(|x, y| x.value.abs().total_cmp(&y.value.abs()))
+            let sharp = self.on_line([a, b], start, mass, fits);
+            let third = third.into_iter().flat_map(|c| [[b, c], [a, c]]);
+            let other = sharp.or_else(|| {
+                third
+                    .chain(self.other_pairs([a, b]))
+                    .find_map(|pair| self.on_line(pair, start, mass, fits))
+            });
+            other.or_else(|| self.near_miss([a, b], start, fits))
         })
+    }
+
+    /// Where a crease just misses the cell, the nearest place of the surface
+    /// that fits: the cell's edges do not see how thin the solid gets there,
+    /// and the mass point would leave a notch.
+    fn near_miss(
+        &mut self,
+        mut pair: [u32; 2],
+        start: DVec3,
+        fits: &impl Fn(DVec3) -> bool,
+    ) -> Option<Candidate> {
+        let missed = self.meet(&mut pair, start)?.position;
+        if self.cell.clamp(missed, 0.0).distance(missed) > NEAR_MISS * self.grid.cell() {
+            return None;
+        }
+        // The farther inside, the less the surface's sides cut each other off.
+        let mut best: Option<Candidate> = None;
+        for inset in NEAR_MISS_INSETS {
+            let start = self.cell.clamp(missed, inset);
+            if fits(start) {
+                let found = self.descend(start, pair[0], fits);
+                if best.is_none_or(|b| found.value.abs() < b.value.abs()) {
+                    best = Some(found);
+                }
+                if found.value.abs() <= 1e3 * self.zero() {
+                    break;
+                }
+            }
+        }
+        best
+    }
+
+    /// Pairs of elements whose normals differ, but for one pair, the most
+    /// different first. A crease between elements that are nearly one plane
+    /// each (a strip's neighbour, a facet's) may pass where theirs does not.
+    fn other_pairs(&self, but: [u32; 2]) -> SmallVec<[[u32; 2]; 4]> {
+        let mut found: SmallVec<[(f64, [u32; 2]); 4]> = SmallVec::new();
+        for [a, b] in self.pairs() {
+            let cosine = a.normal.dot(b.normal);
+            let pair = [a.element.min(b.element), a.element.max(b.element)];
+            let known = |&(_, other): &(f64, [u32; 2])| other == pair;
+            if cosine < SPREAD
+                && pair != [but[0].min(but[1]), but[0].max(but[1])]
+                && !found.iter().any(known)
+            {
+                found.push((cosine, pair));
+            }
+        }
+        found.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        found.truncate(MOST_PAIRS);
+        found.into_iter().map(|(_, pair)| pair).collect()
     }
 
     /// A point of the crease between two elements that fits.
@@ -293,7 +354,16 @@ impl<I: Implicit> Finder<'_, I> {
                 }
                 let (found, nearest) = self.sample(p, elements[0]);
                 if found.value.abs() <= 10.0 * self.zero() {
-                    return Some(found);
+                    let other = (0..elements.len())
+                        .find_map(|i| Some((i, self.solid.instead(p, elements[i])?)));
+                    let Some((i, other)) = other else {
+                        return Some(found);
+                    };
+                    if elements.contains(&other) {
+                        return None;
+                    }
+                    elements[i] = other;
+                    continue;
                 }
                 if elements.contains(&nearest) {
                     return None;

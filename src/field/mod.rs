@@ -47,6 +47,8 @@ use sign::Sign;
 use tree::{Frame, Tree};
 use triangle::Triangle;
 
+pub use triangle::Feature;
+
 /// Nearest wall point to a query `p`; the footpoint vector is `point - p`.
 ///
 /// Lengths in part units. On a tie the lowest triangle index wins, so the
@@ -264,6 +266,13 @@ impl Field {
             point: closest.point,
             distance: closest.square.sqrt(),
         }
+    }
+
+    /// Where on a face its closest point to `p` lies; none if there is no such
+    /// face.
+    pub fn feature_on(&self, p: DVec3, face: FaceId) -> Option<Feature> {
+        let &slot = self.slots.get(face.index())?;
+        Some(self.triangles[slot as usize].closest(p).feature)
     }
 
     /// Puts the closest points of all wall triangles at a distance of at most

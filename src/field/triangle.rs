@@ -22,10 +22,12 @@ const NO_AREA: f64 = 1e-15;
 
 /// Where on the triangle the closest point lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Feature {
+pub enum Feature {
+    /// Off all edges.
     Face,
     /// Edge `i` runs between corners `i` and `(i + 1) % 3`.
     Edge(u8),
+    /// Corner `i`.
     Corner(u8),
 }
 

@@ -13,4 +13,5 @@ mod readme;
 mod snapshots;
 mod subdivide;
 mod tags;
+mod thicken;
 mod writers;
