@@ -36,6 +36,8 @@ pub mod lattice;
 pub mod mesh;
 pub mod offset;
 pub mod post;
+pub mod rethicken;
+pub mod roundtrip;
 pub mod tags;
 pub mod trace;
 pub mod vertices;

@@ -32,6 +32,17 @@ pub trait Implicit: Sync {
     /// Smooth where [`sample`](Implicit::sample) has a crease.
     fn element(&self, p: DVec3, element: u32) -> (f64, DVec3);
 
+    /// The element, if any, that covers another at a place where the function
+    /// and that other element vanish: the place lies in its inside, deeper than
+    /// `tolerance`.
+    ///
+    /// Of a plain union none ever does. But where a union is cut off, the
+    /// function vanishes all over the cut, and a member of the union that ends
+    /// somewhere in the middle of it makes no crease there.
+    fn covered(&self, _p: DVec3, _element: u32, _tolerance: f64) -> Option<u32> {
+        None
+    }
+
     /// Where the surface crosses the segment between two samples of opposite
     /// sides. `samples[0]` is at `ends[0]`.
     fn crossing(&self, ends: [DVec3; 2], samples: [Sample; 2]) -> Crossing;

@@ -247,7 +247,14 @@ impl<I: Implicit> Finder<'_, I> {
                 }
                 let (found, nearest) = self.sample(p, elements[0]);
                 if found.value.abs() <= 10.0 * self.zero() {
-                    return Some(found);
+                    let covered = elements.iter().enumerate().find_map(|(i, &element)| {
+                        Some((i, self.solid.covered(p, element, 10.0 * self.zero())?))
+                    });
+                    let Some((i, by)) = covered else {
+                        return Some(found);
+                    };
+                    elements[i] = by;
+                    continue;
                 }
                 if elements.contains(&nearest) {
                     return None;
