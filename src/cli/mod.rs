@@ -16,6 +16,8 @@ mod offset;
 mod outputs;
 mod progress;
 mod report;
+mod rethicken;
+mod roundtrip;
 mod tags;
 mod thickness;
 
@@ -51,6 +53,8 @@ enum Command {
     Tags(tags::Args),
     Offset(offset::Args),
     Hollow(hollow::Args),
+    Rethicken(rethicken::Args),
+    Roundtrip(roundtrip::Args),
 }
 
 /// Parses the command line, runs the command, reports what went wrong.
@@ -75,6 +79,8 @@ pub fn run() -> ExitCode {
         Command::Tags(args) => tags::run(args),
         Command::Offset(args) => offset::run(args),
         Command::Hollow(args) => hollow::run(args),
+        Command::Rethicken(args) => rethicken::run(args),
+        Command::Roundtrip(args) => roundtrip::run(args),
     };
     match outcome {
         Ok(code) => code,

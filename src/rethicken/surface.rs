@@ -4,6 +4,7 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::RethickenError;
+use crate::mesh::Bounds;
 use crate::mesh::midsurface::{BorderKind, MidSurface, MidVertex};
 
 /// Triangles, any number of them to an edge, with the radius of a ball at
@@ -138,6 +139,12 @@ impl BallSurface {
     fn area_of(&self, triangle: &[u32; 3]) -> f64 {
         let [a, b, c] = triangle.map(|v| self.positions[v as usize]);
         0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// Length of the diagonal of the box around the surface.
+    pub fn diagonal(&self) -> f64 {
+        let used = self.triangles.iter().flatten();
+        Bounds::of(used.map(|&v| self.positions[v as usize])).diagonal()
     }
 
     /// Number of edges at which the solid ends flat.
