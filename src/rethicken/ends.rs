@@ -15,7 +15,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::slab::Slab;
-use super::surface::{BallSurface, edges, key};
+use super::surface::{BallSurface, FlatEdge, edges, key};
 use crate::mesh::Bounds;
 
 /// Slabs farther from a border than this, over their greatest radius, do not
@@ -34,7 +34,8 @@ const REACH: f64 = 2.0;
 #[derive(Clone, Copy, Debug)]
 struct End {
     points: [DVec3; 2],
-    /// Unit, in the triangle's plane, away from the triangle.
+    /// Unit, square to the edge and to the sheet, away from the sheet; zero for
+    /// an edge without length.
     outward: DVec3,
     /// What goes on at either point.
     next: [Option<Turn>; 2],
@@ -62,13 +63,16 @@ pub(super) struct Ends {
 impl Ends {
     pub fn new(surface: &BallSurface, slabs: &[Slab]) -> Ends {
         let around = edges(&surface.triangles);
-        let (ends, triangles): (Vec<End>, Vec<u32>) = (surface.flat.iter())
-            .map(|flat| {
+        let fans: Vec<[Fan; 2]> = (surface.flat.iter())
+            .map(|flat| flat.ends.map(|pivot| Fan::walk(surface, &around, flat, pivot)))
+            .collect();
+        let (ends, triangles): (Vec<End>, Vec<u32>) = (surface.flat.iter().zip(&fans))
+            .map(|(flat, fans)| {
                 let points = flat.ends.map(|v| surface.positions[v as usize]);
-                let outward = outward(points, slabs[flat.triangle as usize].corners());
+                let normal = fans[0].normal + fans[1].normal;
                 let end = End {
                     points,
-                    outward,
+                    outward: (points[1] - points[0]).cross(normal).normalize_or_zero(),
                     next: [None; 2],
                 };
                 (end, flat.triangle)
@@ -80,7 +84,7 @@ impl Ends {
             first: Vec::new(),
             lists: Vec::new(),
         };
-        ends.link(surface, &around);
+        ends.link(surface, &fans);
         ends.list(surface, slabs, &around);
         ends
     }
@@ -126,32 +130,17 @@ impl Ends {
         Some((value.min(REACH * radius - square.sqrt()), decides))
     }
 
-    /// Finds the neighbours along the border: across the fan of triangles
-    /// around their common point, not over a seam.
-    fn link(&mut self, surface: &BallSurface, around: &FxHashMap<[u32; 2], Vec<u32>>) {
+    /// Joins neighbours along the border.
+    fn link(&mut self, surface: &BallSurface, fans: &[[Fan; 2]]) {
         let at: FxHashMap<[u32; 2], u32> = (0..)
             .zip(&surface.flat)
             .map(|(i, flat)| (key(flat.ends[0], flat.ends[1]), i))
             .collect();
         for (i, flat) in surface.flat.iter().enumerate() {
-            for k in 0..2 {
-                let pivot = flat.ends[k];
-                let mut edge = key(flat.ends[0], flat.ends[1]);
-                let mut triangle = flat.triangle;
-                // A fan has at most as many triangles as the surface.
-                for _ in 0..surface.triangles.len() {
-                    let corners = surface.triangles[triangle as usize];
-                    let Some(next) = other_edge(corners, pivot, edge) else {
-                        break;
-                    };
-                    edge = next;
-                    match around.get(&edge).map(Vec::as_slice) {
-                        Some(&[a, b]) => triangle = if a == triangle { b } else { a },
-                        _ => break,
-                    }
-                }
-                if let Some(&end) = at.get(&edge).filter(|&&end| end as usize != i) {
-                    let convex = self.is_convex(i, end as usize, surface.positions[pivot as usize]);
+            for (k, fan) in fans[i].iter().enumerate() {
+                if let Some(&end) = at.get(&fan.last).filter(|&&end| end as usize != i) {
+                    let pivot = surface.positions[flat.ends[k] as usize];
+                    let convex = self.is_convex(i, end as usize, pivot);
                     self.ends[i].next[k] = Some(Turn { end, convex });
                 }
             }
@@ -250,13 +239,54 @@ impl End {
     }
 }
 
-/// Unit vector in the plane of a triangle, across its edge and away from it.
-fn outward([a, b]: [DVec3; 2], corners: [DVec3; 3]) -> DVec3 {
-    let along = (b - a).normalize_or_zero();
-    let inner = corners.into_iter().map(|c| c - a);
-    let inner = inner.map(|v| v - v.dot(along) * along);
-    let deepest = inner.max_by(|u, v| u.length_squared().total_cmp(&v.length_squared()));
-    -deepest.unwrap_or_default().normalize_or_zero()
+/// The triangles around one end of a flat edge, up to the next edge that is
+/// not between two triangles: along the sheet, not over a seam.
+struct Fan {
+    /// Sum of their normals by area, all to the side of the first one's.
+    normal: DVec3,
+    /// The edge where the walk ended.
+    last: [u32; 2],
+}
+
+impl Fan {
+    fn walk(
+        surface: &BallSurface,
+        around: &FxHashMap<[u32; 2], Vec<u32>>,
+        flat: &FlatEdge,
+        pivot: u32,
+    ) -> Fan {
+        let mut fan = Fan {
+            normal: DVec3::ZERO,
+            last: key(flat.ends[0], flat.ends[1]),
+        };
+        let mut triangle = flat.triangle;
+        let mut side = 1.0;
+        // A fan has at most as many triangles as the surface.
+        for _ in 0..surface.triangles.len() {
+            let corners = surface.triangles[triangle as usize];
+            let [a, b, c] = corners.map(|v| surface.positions[v as usize]);
+            fan.normal += side * (b - a).cross(c - a);
+            let Some(next) = other_edge(corners, pivot, fan.last) else {
+                break;
+            };
+            fan.last = next;
+            let Some(&[x, y]) = around.get(&next).map(Vec::as_slice) else {
+                break;
+            };
+            let beyond = if x == triangle { y } else { x };
+            if runs(corners, next) == runs(surface.triangles[beyond as usize], next) {
+                side = -side;
+            }
+            triangle = beyond;
+        }
+        fan
+    }
+}
+
+/// Whether a triangle runs an edge of its own from its first vertex to the
+/// second.
+fn runs(corners: [u32; 3], [a, b]: [u32; 2]) -> bool {
+    (0..3).any(|i| corners[i] == a && corners[(i + 1) % 3] == b)
 }
 
 /// The other edge of a triangle at a vertex.

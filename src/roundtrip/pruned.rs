@@ -15,9 +15,9 @@ const FACETS: f64 = 15.0;
 /// it.
 const ON_SHEET: f64 = 0.05;
 
-/// How far a coping point is moved into the part, over the thickness, to ask
-/// for the wall next to it.
-const INTO_PART: f64 = 0.02;
+/// How far a point is moved off the edges of its triangle, and one of a coping
+/// face into the part to ask for the wall next to it, over the thickness.
+const OFF_EDGE: f64 = 0.02;
 
 /// Tells points of the part that were lost with a fin.
 ///
@@ -52,9 +52,11 @@ impl<'a> Pruned<'a> {
     /// Whether a point on a triangle of the part is one.
     pub fn is_pruned(&self, face: FaceId, p: DVec3) -> bool {
         let field = self.walls.field();
+        let step = OFF_EDGE * self.thickness;
+        let [a, b, c] = field.corners(face);
+        let p = p.move_towards((a + b + c) / 3.0, step);
         let (face, point) = if self.part.coping()[face.index()] {
-            let into = p - INTO_PART * self.thickness * field.normal(face);
-            let foot = field.footpoint(into);
+            let foot = field.footpoint(p - step * field.normal(face));
             (foot.face, foot.point)
         } else {
             (face, p)
