@@ -42,7 +42,7 @@ pub struct Settings {
 const SAMPLES: usize = 40_000;
 
 /// Points of the box at which insides are compared, about.
-const GRID: f64 = 250_000.0;
+const GRID: f64 = 60_000.0;
 
 /// Why there was no round trip.
 #[derive(Debug, Error)]
