@@ -6,6 +6,7 @@
 //! with and without them, see [`Comparison::away`].
 
 mod deviation;
+mod overlap;
 mod pruned;
 mod samples;
 
@@ -18,8 +19,9 @@ use crate::dual_contour::Progress;
 use crate::extract::{self, ExtractError, Extraction, extract};
 use crate::field::Field;
 use crate::field::walls::{Separation, Walls};
-use crate::mesh::{Bounds, FaceId, Part, TriMesh, self_intersections};
+use crate::mesh::{FaceId, Part, TriMesh, self_intersections};
 use crate::rethicken::{self, BallSurface, RethickenError, Rethickened, rethicken};
+use overlap::overlap;
 use pruned::{Pruned, field_of};
 use samples::spread;
 
@@ -40,9 +42,6 @@ pub struct Settings {
 
 /// Points on each surface at which distances are measured.
 const SAMPLES: usize = 40_000;
-
-/// Points of the box at which insides are compared, about.
-const GRID: f64 = 60_000.0;
 
 /// Why there was no round trip.
 #[derive(Debug, Error)]
@@ -66,6 +65,8 @@ pub struct Symmetric {
     pub mean: f64,
     /// Greater of the two greatest, part units.
     pub hausdorff: f64,
+    /// Where that is.
+    pub worst_at: DVec3,
 }
 
 /// The solid beside the part.
@@ -78,7 +79,7 @@ pub struct Comparison {
     pub volume_ratio: f64,
     /// The same of areas.
     pub area_ratio: f64,
-    /// Volume in both over volume in either, from points of a grid.
+    /// Volume in both over volume in either, along many parallel lines.
     pub iou: f64,
     /// Everywhere.
     pub all: Symmetric,
@@ -138,6 +139,7 @@ pub fn roundtrip(
 /// A point of one surface seen from the other.
 #[derive(Clone, Copy)]
 struct Seen {
+    at: DVec3,
     distance: f64,
     pruned: bool,
 }
@@ -160,12 +162,14 @@ fn compare(
     let solid_field = field_of(solid);
 
     let of_part = |&(face, p): &(FaceId, DVec3)| Seen {
+        at: p,
         distance: solid_field.footpoint(p).distance,
         pruned: pruned.is_pruned(face, p),
     };
     let of_solid = |p: DVec3| {
         let foot = part_field.footpoint(p);
         Seen {
+            at: p,
             distance: foot.distance,
             pruned: pruned.is_pruned(foot.face, foot.point),
         }
@@ -188,6 +192,9 @@ fn compare(
             };
             Distances::of(of(samples), of(corners).into_iter())
         };
+        let all = [&part_samples, &part_corners, &solid_samples, &solid_corners];
+        let worst = (all.into_iter().flatten().filter(|s| counts(s)))
+            .reduce(|worst, seen| if seen.distance > worst.distance { seen } else { worst });
         let part_to_solid = distances(&part_samples, &part_corners);
         let solid_to_part = distances(&solid_samples, &solid_corners);
         Symmetric {
@@ -195,6 +202,7 @@ fn compare(
             solid_to_part,
             mean: 0.5 * (part_to_solid.mean + solid_to_part.mean),
             hausdorff: part_to_solid.max.max(solid_to_part.max),
+            worst_at: worst.map_or(DVec3::ZERO, |seen| seen.at),
         }
     };
     let lost = part_samples.iter().filter(|s| s.pruned).count();
@@ -202,37 +210,11 @@ fn compare(
         thickness,
         volume_ratio: solid.volume() / part.volume(),
         area_ratio: solid.area() / part.area(),
-        iou: overlap(&part_field, &solid_field),
+        iou: overlap([part.mesh(), solid]),
         all: symmetric(|_| true),
         away: symmetric(|seen| !seen.pruned),
         pruned_area: lost as f64 / part_samples.len().max(1) as f64,
         self_intersections: self_intersections(solid).len(),
         closed: crate::mesh::EdgeUses::new(solid).census().is_closed(),
     }
-}
-
-/// Points in both over points in either, on a grid over the joint box whose
-/// planes keep off round numbers.
-fn overlap(a: &Field, b: &Field) -> f64 {
-    let [(a_low, a_high), (b_low, b_high)] = [a.bounds(), b.bounds()];
-    let bounds = Bounds {
-        min: a_low.min(b_low),
-        max: a_high.max(b_high),
-    };
-    let size = bounds.size().max(DVec3::splat(1e-3 * bounds.diagonal()));
-    let step = (size.element_product() / GRID).cbrt();
-    let counts = (size / step).ceil().to_array().map(|n| n as usize);
-    let points = counts[0] * counts[1] * counts[2];
-    let (both, either) = (0..points)
-        .into_par_iter()
-        .map(|i| {
-            let place = [i % counts[0], i / counts[0] % counts[1], i / (counts[0] * counts[1])];
-            let shifted = [0.47, 0.53, 0.49].into_iter().zip(place);
-            let shifted: Vec<f64> = shifted.map(|(shift, n)| (n as f64 + shift) * step).collect();
-            let p = bounds.min + DVec3::from_slice(&shifted);
-            let (a, b) = (a.inside(p), b.inside(p));
-            (u64::from(a && b), u64::from(a || b))
-        })
-        .reduce(|| (0, 0), |x, y| (x.0 + y.0, x.1 + y.1));
-    both as f64 / either.max(1) as f64
 }

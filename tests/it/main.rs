@@ -9,6 +9,7 @@ mod invariance;
 mod parts;
 mod readers;
 mod readme;
+mod rethicken;
 mod snapshots;
 mod tags;
 mod writers;

@@ -259,7 +259,7 @@ fn files_appear_on_commit_only() {
     );
     assert_eq!(read_mesh(&file).unwrap().facet_count(), 3);
     let csv = std::fs::read_to_string(folder.path().join("mid.thickness.csv")).unwrap();
-    assert_eq!(csv, "vertex_index,thickness\n0,2\n1,2\n2,1.9\n3,2.1\n4,2\n");
+    assert_eq!(csv, "vertex_index,thickness,radius\n0,2,1\n1,2,1\n2,1.9,0.95\n3,2.1,1.05\n4,2,1\n");
 }
 
 #[test]
