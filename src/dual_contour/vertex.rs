@@ -29,6 +29,10 @@ const CORNER: f64 = 0.08;
 /// A value below this times the cell is zero.
 const ZERO: f64 = 1e-9;
 
+/// A value below this times the cell will do for elements that take turns
+/// because rounding made them differ: those of thin triangles lean.
+const NEARLY: f64 = 1e-5;
+
 /// Steps after which elements that did not meet are given up: three or four to
 /// the meeting place, for each of a few changes of elements.
 const MEETING_STEPS: usize = 40;
@@ -229,9 +233,10 @@ impl<I: Implicit> Finder<'_, I> {
 
     /// Where all elements have a value of zero, near `start`, and no other
     /// element says otherwise: Newton's method, and elements changed for
-    /// nearer ones.
+    /// nearer ones. Should they take turns for ever, the best place will do.
     fn meet(&mut self, elements: &mut [u32], start: DVec3) -> Option<Candidate> {
         let mut p = start;
+        let mut best = None;
         for _ in 0..MEETING_STEPS {
             let mut values: SmallVec<[f64; 3]> = SmallVec::new();
             let mut normals: SmallVec<[DVec3; 3]> = SmallVec::new();
@@ -243,24 +248,30 @@ impl<I: Implicit> Finder<'_, I> {
             let worst = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
             if worst <= self.zero() {
                 if normals[0].dot(normals[1]) > CREASE {
-                    return None;
+                    break;
                 }
                 let (found, nearest) = self.sample(p, elements[0]);
-                if found.value.abs() <= 10.0 * self.zero() {
-                    let covered = elements.iter().enumerate().find_map(|(i, &element)| {
-                        Some((i, self.solid.covered(p, element, 10.0 * self.zero())?))
-                    });
-                    let Some((i, by)) = covered else {
-                        return Some(found);
-                    };
+                let (exact, nearly) = (10.0 * self.zero(), NEARLY * self.grid.cell());
+                let covered = self.covered(elements, p, exact);
+                if found.value.abs() <= exact && covered.is_none() {
+                    return Some(found);
+                }
+                if found.value.abs() <= best.map_or(nearly, |b: Candidate| b.value.abs())
+                    && self.covered(elements, p, nearly).is_none()
+                {
+                    best = Some(found);
+                }
+                if let Some((i, by)) = covered {
                     elements[i] = by;
                     continue;
                 }
                 if elements.contains(&nearest) {
-                    return None;
+                    break;
                 }
                 let like = |i: &usize| normals[*i].dot(found.gradient);
-                let i = (0..elements.len()).max_by(|a, b| like(a).total_cmp(&like(b)))?;
+                let Some(i) = (0..elements.len()).max_by(|a, b| like(a).total_cmp(&like(b))) else {
+                    break;
+                };
                 elements[i] = nearest;
                 continue;
             }
@@ -268,12 +279,22 @@ impl<I: Implicit> Finder<'_, I> {
                 values.push(0.0);
                 normals.push(DVec3::AXES[axis]);
             }
-            p += least_step(&values, &normals)?;
+            let Some(step) = least_step(&values, &normals) else {
+                break;
+            };
+            p += step;
             if !(p.distance(self.cell.centre()) < 4.0 * self.grid.cell()) {
-                return None;
+                break;
             }
         }
-        None
+        best
+    }
+
+    /// An element that another covers at `p`: its place in the list, and the
+    /// other.
+    fn covered(&self, elements: &[u32], p: DVec3, tolerance: f64) -> Option<(usize, u32)> {
+        let of = |(i, &element)| Some((i, self.solid.covered(p, element, tolerance)?));
+        elements.iter().enumerate().find_map(of)
     }
 
     /// A point of the surface that fits, or the nearest miss.

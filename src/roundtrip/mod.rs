@@ -141,7 +141,50 @@ pub fn roundtrip(
 struct Seen {
     at: DVec3,
     distance: f64,
-    pruned: bool,
+    /// The point itself or the nearest one: what the part has there.
+    on_part: (FaceId, DVec3),
+}
+
+/// The two surfaces from each other's points.
+struct Views<'a> {
+    part: Field,
+    solid: Field,
+    pruned: Pruned<'a>,
+}
+
+impl Views<'_> {
+    fn from_part(&self, points: &[(FaceId, DVec3)]) -> Vec<Seen> {
+        let see = |&(face, at): &(FaceId, DVec3)| Seen {
+            at,
+            distance: self.solid.footpoint(at).distance,
+            on_part: (face, at),
+        };
+        points.par_iter().map(see).collect()
+    }
+
+    fn from_solid(&self, points: &[DVec3]) -> Vec<Seen> {
+        let see = |&at: &DVec3| {
+            let foot = self.part.footpoint(at);
+            Seen {
+                at,
+                distance: foot.distance,
+                on_part: (foot.face, foot.point),
+            }
+        };
+        points.par_iter().map(see).collect()
+    }
+
+    fn is_pruned(&self, seen: &Seen) -> bool {
+        self.pruned.is_pruned(seen.on_part.0, seen.on_part.1)
+    }
+
+    /// The farthest point; with `away`, of those that are not pruned. Few are
+    /// asked whether they are.
+    fn farthest(&self, seen: &mut [Seen], away: bool) -> Option<Seen> {
+        seen.par_sort_by(|a, b| b.distance.total_cmp(&a.distance));
+        let counts = |s: &&Seen| !away || !self.is_pruned(s);
+        seen.iter().find(counts).copied()
+    }
 }
 
 fn compare(
@@ -157,46 +200,39 @@ fn compare(
         positions: extraction.surface.vertices.iter().map(|v| v.position).collect(),
         triangles: extraction.surface.triangles.iter().map(|t| t.corners).collect(),
     };
-    let pruned = Pruned::new(part, &walls, &surface, thickness);
-    let part_field = field_of(part.mesh());
-    let solid_field = field_of(solid);
-
-    let of_part = |&(face, p): &(FaceId, DVec3)| Seen {
-        at: p,
-        distance: solid_field.footpoint(p).distance,
-        pruned: pruned.is_pruned(face, p),
+    let views = Views {
+        part: field_of(part.mesh()),
+        solid: field_of(solid),
+        pruned: Pruned::new(part, &walls, &surface, thickness),
     };
-    let of_solid = |p: DVec3| {
-        let foot = part_field.footpoint(p);
-        Seen {
-            at: p,
-            distance: foot.distance,
-            pruned: pruned.is_pruned(foot.face, foot.point),
-        }
-    };
-    let part_points = spread(part.mesh(), SAMPLES);
-    let part_samples: Vec<Seen> = part_points.par_iter().map(of_part).collect();
     let corners: Vec<(FaceId, DVec3)> = (part.mesh().faces())
         .flat_map(|face| part.corners(face).map(|p| (face, p)))
         .collect();
-    let part_corners: Vec<Seen> = corners.par_iter().map(of_part).collect();
-    let solid_samples: Vec<Seen> = (spread(solid, SAMPLES).par_iter())
-        .map(|&(_, p)| of_solid(p))
-        .collect();
-    let solid_corners: Vec<Seen> = solid.positions.par_iter().map(|&p| of_solid(p)).collect();
+    let even: Vec<DVec3> = spread(solid, SAMPLES).into_iter().map(|(_, p)| p).collect();
+    let samples = [views.from_part(&spread(part.mesh(), SAMPLES)), views.from_solid(&even)];
+    let mut corners = [views.from_part(&corners), views.from_solid(&solid.positions)];
+    let lost: [Vec<bool>; 2] = [0, 1].map(|i| {
+        let samples = samples[i].par_iter();
+        samples.map(|seen| views.is_pruned(seen)).collect()
+    });
 
-    let symmetric = |counts: fn(&Seen) -> bool| {
-        let distances = |samples: &[Seen], corners: &[Seen]| {
-            let of = |seen: &[Seen]| -> Vec<f64> {
-                seen.iter().filter(|s| counts(s)).map(|s| s.distance).collect()
-            };
-            Distances::of(of(samples), of(corners).into_iter())
-        };
-        let all = [&part_samples, &part_corners, &solid_samples, &solid_corners];
-        let worst = (all.into_iter().flatten().filter(|s| counts(s)))
-            .reduce(|worst, seen| if seen.distance > worst.distance { seen } else { worst });
-        let part_to_solid = distances(&part_samples, &part_corners);
-        let solid_to_part = distances(&solid_samples, &solid_corners);
+    let mut symmetric = |away: bool| {
+        let [(part_to_solid, a), (solid_to_part, b)] = [0, 1].map(|i| {
+            let counted = samples[i].iter().zip(&lost[i]).filter(|(_, lost)| !(away && **lost));
+            let mut counted: Vec<Seen> = counted.map(|(seen, _)| *seen).collect();
+            let farthest = [
+                views.farthest(&mut counted, false),
+                views.farthest(&mut corners[i], away),
+            ];
+            let farthest = farthest.into_iter().flatten();
+            let farthest = farthest.max_by(|a, b| a.distance.total_cmp(&b.distance));
+            let max = farthest.map_or(0.0, |seen| seen.distance);
+            counted.reverse();
+            let sorted: Vec<f64> = counted.into_iter().map(|seen| seen.distance).collect();
+            (Distances::of(&sorted, max), farthest)
+        });
+        let both = [a, b].into_iter().flatten();
+        let worst = both.max_by(|a, b| a.distance.total_cmp(&b.distance));
         Symmetric {
             part_to_solid,
             solid_to_part,
@@ -205,15 +241,16 @@ fn compare(
             worst_at: worst.map_or(DVec3::ZERO, |seen| seen.at),
         }
     };
-    let lost = part_samples.iter().filter(|s| s.pruned).count();
+    let (all, away) = (symmetric(false), symmetric(true));
+    let pruned = lost[0].iter().filter(|&&lost| lost).count();
     Comparison {
         thickness,
         volume_ratio: solid.volume() / part.volume(),
         area_ratio: solid.area() / part.area(),
         iou: overlap([part.mesh(), solid]),
-        all: symmetric(|_| true),
-        away: symmetric(|seen| !seen.pruned),
-        pruned_area: lost as f64 / part_samples.len().max(1) as f64,
+        all,
+        away,
+        pruned_area: pruned as f64 / lost[0].len().max(1) as f64,
         self_intersections: self_intersections(solid).len(),
         closed: crate::mesh::EdgeUses::new(solid).census().is_closed(),
     }

@@ -52,18 +52,18 @@ pub struct Distances {
 }
 
 impl Distances {
-    /// Of samples by area, and of further points that count for the greatest
-    /// distance alone.
-    pub(super) fn of(mut samples: Vec<f64>, others: impl Iterator<Item = f64>) -> Distances {
-        samples.sort_by(f64::total_cmp);
-        let n = samples.len();
-        let rank = |percent: usize| samples.get((n * percent / 100).min(n.max(1) - 1));
-        let last = samples.last().copied().unwrap_or(0.0);
+    /// Of samples by area, ascending.
+    pub(super) fn of(sorted: &[f64], max: f64) -> Distances {
+        let n = sorted.len();
+        let rank = |percent: usize| {
+            let value = sorted.get((n * percent / 100).min(n.max(1) - 1));
+            value.copied().unwrap_or(0.0)
+        };
         Distances {
-            mean: samples.iter().sum::<f64>() / n.max(1) as f64,
-            p95: rank(95).copied().unwrap_or(0.0),
-            p99: rank(99).copied().unwrap_or(0.0),
-            max: others.fold(last, f64::max),
+            mean: sorted.iter().sum::<f64>() / n.max(1) as f64,
+            p95: rank(95),
+            p99: rank(99),
+            max,
         }
     }
 }
