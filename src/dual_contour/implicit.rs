@@ -43,6 +43,11 @@ pub trait Implicit: Sync {
         None
     }
 
+    /// Changes elements that are to meet near `p` for those that stand for them
+    /// there: where a union is cut off, the member of it that met the edge of
+    /// a cell need not reach the crease at all.
+    fn stand_in(&self, _p: DVec3, _elements: &mut [u32]) {}
+
     /// Where the surface crosses the segment between two samples of opposite
     /// sides. `samples[0]` is at `ends[0]`.
     fn crossing(&self, ends: [DVec3; 2], samples: [Sample; 2]) -> Crossing;

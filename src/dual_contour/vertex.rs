@@ -240,6 +240,7 @@ impl<I: Implicit> Finder<'_, I> {
         for _ in 0..MEETING_STEPS {
             let mut values: SmallVec<[f64; 3]> = SmallVec::new();
             let mut normals: SmallVec<[DVec3; 3]> = SmallVec::new();
+            self.solid.stand_in(p, elements);
             for &element in elements.iter() {
                 let (value, normal) = self.solid.element(p, element);
                 values.push(value);

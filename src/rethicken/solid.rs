@@ -76,6 +76,20 @@ impl SlabSolid {
         })
     }
 
+    /// The slab with the least value at a point, cuts aside, if that is less
+    /// than `limit`.
+    fn nearest_slab(&self, p: DVec3, limit: f64) -> Option<u32> {
+        let mut nearest = (limit, None);
+        self.tree.search(p, limit, |slab| {
+            let value = self.slabs[slab as usize].nearest(p).value;
+            if value < nearest.0 {
+                nearest = (value, Some(slab));
+            }
+            nearest.0
+        });
+        nearest.1
+    }
+
     /// Slab to start the search with.
     fn slab_of(&self, element: u32) -> Option<u32> {
         let slabs = self.slabs.len() as u32;
@@ -156,18 +170,19 @@ impl Implicit for SlabSolid {
     }
 
     fn covered(&self, p: DVec3, element: u32, tolerance: f64) -> Option<u32> {
-        if element as usize >= self.slabs.len() {
-            return None;
+        let is_slab = (element as usize) < self.slabs.len();
+        is_slab.then(|| self.nearest_slab(p, -tolerance)).flatten()
+    }
+
+    /// The one slab that meets cuts is any: the nearest. Where several meet,
+    /// each is meant.
+    fn stand_in(&self, p: DVec3, elements: &mut [u32]) {
+        let count = self.slabs.len();
+        let mut slabs = elements.iter_mut().filter(|e| (**e as usize) < count);
+        if let (Some(slab), None) = (slabs.next(), slabs.next()) {
+            let value = self.slabs[*slab as usize].nearest(p).value;
+            *slab = self.nearest_slab(p, value).unwrap_or(*slab);
         }
-        let mut deepest = (-tolerance, None);
-        self.tree.search(p, -tolerance, |slab| {
-            let value = self.slabs[slab as usize].nearest(p).value;
-            if value < deepest.0 {
-                deepest = (value, Some(slab));
-            }
-            deepest.0
-        });
-        deepest.1
     }
 
     /// As for offsets: the elements at the ends guess by their own crossing,
