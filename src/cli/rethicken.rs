@@ -89,7 +89,11 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         SolidFormat::of(file).map_err(Failure::input)?;
     }
     let mut inputs = vec![(args.surface.as_path(), "mid-surface")];
-    inputs.extend(args.thickness.iter().map(|file| (file.as_path(), "thickness")));
+    inputs.extend(
+        args.thickness
+            .iter()
+            .map(|file| (file.as_path(), "thickness")),
+    );
     outputs::check_names(&inputs, args.output.clone(), args.json.as_deref())?;
     outputs::use_threads(args.threads);
     let start = Instant::now();

@@ -8,7 +8,9 @@ use midsurf::extract::{self, DEFAULT_ANGLE};
 use midsurf::io::write::{SolidFormat, stage_deviation, stage_solid};
 use midsurf::mesh::PartOptions;
 use midsurf::rethicken::RethickenWarning;
-use midsurf::roundtrip::{Comparison, RoundTrip, RoundTripError, Settings, deviation_map, roundtrip};
+use midsurf::roundtrip::{
+    Comparison, RoundTrip, RoundTripError, Settings, deviation_map, roundtrip,
+};
 use serde_json::json;
 
 use super::cell::CellSize;
@@ -105,7 +107,11 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         SolidFormat::of(file).map_err(Failure::input)?;
     }
     let mut inputs = vec![(args.part.as_path(), "part")];
-    inputs.extend(args.coping.iter().map(|file| (file.as_path(), "coping tags")));
+    inputs.extend(
+        args.coping
+            .iter()
+            .map(|file| (file.as_path(), "coping tags")),
+    );
     let files = args.output.iter().chain(&args.solid).cloned().collect();
     outputs::check_names(&inputs, files, args.json.as_deref())?;
     outputs::use_threads(args.threads);
@@ -147,7 +153,8 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         let size = result.extraction.work.cell.min(0.5 * thickness);
         let map = deviation_map(input.part.mesh(), &result.solid.mesh, size);
         let full = FULL_COLOUR * thickness;
-        staged.push(stage_deviation(&map.mesh, &map.deviation, full, file).map_err(Failure::output)?);
+        staged
+            .push(stage_deviation(&map.mesh, &map.deviation, full, file).map_err(Failure::output)?);
     }
     if let Some(file) = &args.solid {
         staged.push(stage_solid(&result.solid.mesh, file).map_err(Failure::output)?);

@@ -215,7 +215,12 @@ impl<I: Implicit> Finder<'_, I> {
             let way = along.max(from + inset).min(to - inset);
             first.position + way * direction
         };
-        let starts = [along(0.02), along(0.45), self.beside(n, m), self.beside(m, n)];
+        let starts = [
+            along(0.02),
+            along(0.45),
+            self.beside(n, m),
+            self.beside(m, n),
+        ];
         starts.into_iter().find_map(|start| {
             self.meet(&mut pair.clone(), start)
                 .filter(|second| fits(second.position))
@@ -227,8 +232,14 @@ impl<I: Implicit> Finder<'_, I> {
         let side = self.crossings.iter();
         let (sum, count) = side
             .filter(|h| h.normal.dot(n - m) > 0.0)
-            .fold((DVec3::ZERO, 0.0), |(sum, count), h| (sum + h.point, count + 1.0));
-        if count > 0.0 { sum / count } else { qef::mass_point(self.crossings) }
+            .fold((DVec3::ZERO, 0.0), |(sum, count), h| {
+                (sum + h.point, count + 1.0)
+            });
+        if count > 0.0 {
+            sum / count
+        } else {
+            qef::mass_point(self.crossings)
+        }
     }
 
     /// Where all elements have a value of zero, near `start`, and no other

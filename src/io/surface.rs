@@ -179,7 +179,10 @@ fn read_table(file: &Path, count: usize) -> Result<(Vec<f64>, RadiusSource), Sur
     let (number, header) = lines
         .next()
         .ok_or_else(|| fail(1, "the table is empty".to_owned()))?;
-    let names: Vec<String> = header.split(',').map(|n| n.trim().to_ascii_lowercase()).collect();
+    let names: Vec<String> = header
+        .split(',')
+        .map(|n| n.trim().to_ascii_lowercase())
+        .collect();
     let column = |name: &str| names.iter().position(|n| n == name);
     let index = column("vertex_index").ok_or_else(|| {
         let names = excerpt(&header);
@@ -190,20 +193,34 @@ fn read_table(file: &Path, count: usize) -> Result<(Vec<f64>, RadiusSource), Sur
         (None, Some(thickness)) => (thickness, false),
         (None, None) => {
             let names = excerpt(&header);
-            return Err(fail(number, format!("no column `radius` or `thickness` in {names:?}")));
+            return Err(fail(
+                number,
+                format!("no column `radius` or `thickness` in {names:?}"),
+            ));
         }
     };
     let mut radii: Vec<Option<f64>> = vec![None; count];
     for (number, line) in lines {
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         let cell = |at: usize| cells.get(at).copied().unwrap_or("");
-        let vertex: usize = (cell(index).parse())
-            .map_err(|_| fail(number, format!("{:?} is not a vertex number", excerpt(cell(index)))))?;
-        let given: f64 = (cell(value).parse())
-            .map_err(|_| fail(number, format!("{:?} is not a number", excerpt(cell(value)))))?;
-        let slot = radii
-            .get_mut(vertex)
-            .ok_or_else(|| fail(number, format!("vertex {vertex} does not exist: the mesh has {count}")))?;
+        let vertex: usize = (cell(index).parse()).map_err(|_| {
+            fail(
+                number,
+                format!("{:?} is not a vertex number", excerpt(cell(index))),
+            )
+        })?;
+        let given: f64 = (cell(value).parse()).map_err(|_| {
+            fail(
+                number,
+                format!("{:?} is not a number", excerpt(cell(value))),
+            )
+        })?;
+        let slot = radii.get_mut(vertex).ok_or_else(|| {
+            fail(
+                number,
+                format!("vertex {vertex} does not exist: the mesh has {count}"),
+            )
+        })?;
         if slot.replace(given).is_some() {
             return Err(fail(number, format!("vertex {vertex} is given twice")));
         }

@@ -64,7 +64,10 @@ impl Ends {
     pub fn new(surface: &BallSurface, slabs: &[Slab]) -> Ends {
         let around = edges(&surface.triangles);
         let fans: Vec<[Fan; 2]> = (surface.flat.iter())
-            .map(|flat| flat.ends.map(|pivot| Fan::walk(surface, &around, flat, pivot)))
+            .map(|flat| {
+                flat.ends
+                    .map(|pivot| Fan::walk(surface, &around, flat, pivot))
+            })
             .collect();
         let (ends, triangles): (Vec<End>, Vec<u32>) = (surface.flat.iter().zip(&fans))
             .map(|(flat, fans)| {

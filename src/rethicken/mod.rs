@@ -79,7 +79,10 @@ impl Settings {
         let memory_limit = Settings::MEMORY_LIMIT;
         let cell = (least / Settings::CELLS)
             .max(median / 16.0)
-            .max(dual_contour::smallest_cell(2.2 * surface.area(), memory_limit / 4));
+            .max(dual_contour::smallest_cell(
+                2.2 * surface.area(),
+                memory_limit / 4,
+            ));
         Settings {
             cell,
             tolerance: Settings::TOLERANCE * median.max(least),

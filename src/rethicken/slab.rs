@@ -61,9 +61,10 @@ impl Slab {
             return ball;
         }
         let [a, b, c] = [[0, 1], [1, 2], [2, 0]].map(|edge| self.on_edge(edge, p));
-        [b, c]
-            .into_iter()
-            .fold(a, |best, ball| if ball.value < best.value { ball } else { best })
+        [b, c].into_iter().fold(
+            a,
+            |best, ball| if ball.value < best.value { ball } else { best },
+        )
     }
 
     /// Unit direction away from the triangle, for a nearest ball.
@@ -193,7 +194,11 @@ mod tests {
     #[test]
     fn the_tangent_plane_of_a_taper() {
         // Radius grows by 0.6 a unit: the tangent plane leans by asin(0.6).
-        let corners = [DVec3::ZERO, DVec3::new(4.0, 0.0, 0.0), DVec3::new(0.0, 4.0, 0.0)];
+        let corners = [
+            DVec3::ZERO,
+            DVec3::new(4.0, 0.0, 0.0),
+            DVec3::new(0.0, 4.0, 0.0),
+        ];
         let slab = Slab::new(corners, [1.0, 3.4, 1.0]);
         let p = DVec3::new(1.0, 1.0, 2.0);
         assert!((slab.nearest(p).value - (0.8 * 2.0 - 1.6)).abs() < 1e-12);

@@ -71,7 +71,11 @@ impl BallSurface {
                 count: radii.iter().filter(|r| bad(r)).count(),
             });
         }
-        if triangles.iter().flatten().all(|&v| radii[v as usize] == 0.0) {
+        if triangles
+            .iter()
+            .flatten()
+            .all(|&v| radii[v as usize] == 0.0)
+        {
             return Err(RethickenError::NoThickness);
         }
         let flat = free_edges(&triangles)
@@ -93,7 +97,11 @@ impl BallSurface {
     /// As [`BallSurface::new`].
     pub fn of(surface: &MidSurface) -> Result<BallSurface, RethickenError> {
         let mut coping = FxHashSet::default();
-        for border in surface.borders.iter().filter(|b| b.kind == BorderKind::Coping) {
+        for border in surface
+            .borders
+            .iter()
+            .filter(|b| b.kind == BorderKind::Coping)
+        {
             coping.extend(border.path.windows(2).map(|pair| key(pair[0], pair[1])));
             if let (true, [first, .., last]) = (border.closed, border.path.as_slice()) {
                 coping.insert(key(*first, *last));
@@ -109,7 +117,11 @@ impl BallSurface {
 
     /// Least diameter of a ball of positive radius at a vertex in use.
     pub fn least_thickness(&self) -> f64 {
-        let used = self.triangles.iter().flatten().map(|&v| self.radii[v as usize]);
+        let used = self
+            .triangles
+            .iter()
+            .flatten()
+            .map(|&v| self.radii[v as usize]);
         2.0 * used.filter(|&r| r > 0.0).fold(f64::INFINITY, f64::min)
     }
 

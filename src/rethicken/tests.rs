@@ -10,22 +10,33 @@ type Sheet = (Vec<DVec3>, Vec<f64>, Vec<[u32; 3]>);
 fn sheet(size: [f64; 2], n: [u32; 2], radius: impl Fn(DVec3) -> f64) -> Sheet {
     let (nx, ny) = (n[0], n[1]);
     let at = |i: u32, j: u32| {
-        DVec3::new(size[0] * f64::from(i) / f64::from(nx), size[1] * f64::from(j) / f64::from(ny), 0.0)
+        DVec3::new(
+            size[0] * f64::from(i) / f64::from(nx),
+            size[1] * f64::from(j) / f64::from(ny),
+            0.0,
+        )
     };
-    let positions: Vec<DVec3> = (0..=ny).flat_map(|j| (0..=nx).map(move |i| at(i, j))).collect();
+    let positions: Vec<DVec3> = (0..=ny)
+        .flat_map(|j| (0..=nx).map(move |i| at(i, j)))
+        .collect();
     let radii = positions.iter().map(|&p| radius(p)).collect();
     let v = |i: u32, j: u32| j * (nx + 1) + i;
     let triangles = (0..ny)
-        .flat_map(|j| (0..nx).flat_map(move |i| {
-            let [a, b, c, d] = [v(i, j), v(i + 1, j), v(i + 1, j + 1), v(i, j + 1)];
-            [[a, b, c], [a, c, d]]
-        }))
+        .flat_map(|j| {
+            (0..nx).flat_map(move |i| {
+                let [a, b, c, d] = [v(i, j), v(i + 1, j), v(i + 1, j + 1), v(i, j + 1)];
+                [[a, b, c], [a, c, d]]
+            })
+        })
         .collect();
     (positions, radii, triangles)
 }
 
 fn solid_of(surface: &BallSurface, cell: f64) -> TriMesh {
-    let settings = Settings { cell, ..Settings::new(surface) };
+    let settings = Settings {
+        cell,
+        ..Settings::new(surface)
+    };
     let mesh = rethicken(surface, &settings, &|_, _, _| ()).unwrap().mesh;
     assert!(self_intersections(&mesh).is_empty());
     mesh
@@ -38,7 +49,10 @@ fn a_sheet_with_flat_borders_is_a_box() {
     let mesh = solid_of(&surface, 0.6);
     let bounds = mesh.bounds();
     let (low, high) = (DVec3::new(0.0, 0.0, -1.0), DVec3::new(7.0, 5.0, 1.0));
-    assert!((bounds.min - low).length() < 1e-9 && (bounds.max - high).length() < 1e-9, "{bounds:?}");
+    assert!(
+        (bounds.min - low).length() < 1e-9 && (bounds.max - high).length() < 1e-9,
+        "{bounds:?}"
+    );
     assert!((mesh.volume() - 70.0).abs() < 1e-6, "{}", mesh.volume());
 }
 
@@ -49,7 +63,11 @@ fn a_sheet_with_round_borders_is_a_pad() {
     let mesh = solid_of(&surface, 0.3);
     let pi = std::f64::consts::PI;
     let volume = 70.0 + 12.0 * pi + 4.0 / 3.0 * pi;
-    assert!((mesh.volume() / volume - 1.0).abs() < 5e-3, "{} {volume}", mesh.volume());
+    assert!(
+        (mesh.volume() / volume - 1.0).abs() < 5e-3,
+        "{} {volume}",
+        mesh.volume()
+    );
 }
 
 /// Both surfaces beside each other, not joined.
@@ -92,7 +110,11 @@ fn an_end_cuts_its_own_sheet_alone() {
     };
     let plate = sheet([9.0, 4.0], [4, 2], |_| 1.0);
     let mesh = solid_of(&flat_all(both(plate, web)), 0.37);
-    assert!((mesh.volume() - (72.0 + 9.0)).abs() < 1e-6, "{}", mesh.volume());
+    assert!(
+        (mesh.volume() - (72.0 + 9.0)).abs() < 1e-6,
+        "{}",
+        mesh.volume()
+    );
 }
 
 #[test]
@@ -111,7 +133,11 @@ fn a_tube_ends_in_planes() {
     let bounds = mesh.bounds();
     assert!(bounds.min.z.abs() < 1e-9 && (bounds.max.z - 6.0).abs() < 1e-9);
     let volume = std::f64::consts::TAU * radius * 6.0;
-    assert!((mesh.volume() / volume - 1.0).abs() < 5e-3, "{}", mesh.volume());
+    assert!(
+        (mesh.volume() / volume - 1.0).abs() < 5e-3,
+        "{}",
+        mesh.volume()
+    );
 }
 
 #[test]
@@ -120,12 +146,19 @@ fn a_taper_is_the_hull_of_its_balls() {
         let (p, r, t) = sheet([6.0, 3.0], n, |p| 0.5 + 0.1 * p.x);
         BallSurface::new(p, r, t, |_| true).unwrap()
     };
-    let (coarse, fine) = (solid_of(&surface([1, 1]), 0.4), solid_of(&surface([6, 3]), 0.4));
+    let (coarse, fine) = (
+        solid_of(&surface([1, 1]), 0.4),
+        solid_of(&surface([6, 3]), 0.4),
+    );
     assert!((coarse.volume() / fine.volume() - 1.0).abs() < 1e-6);
     // Tangent planes 1 / sqrt(1 - 0.01) steeper than the radius; no ball
     // reaches the edges of the thick end.
     let wedge = 6.0 * 3.0 * 1.6 / 0.99f64.sqrt();
-    assert!(fine.volume() < wedge && fine.volume() > 0.999 * wedge, "{}", fine.volume());
+    assert!(
+        fine.volume() < wedge && fine.volume() > 0.999 * wedge,
+        "{}",
+        fine.volume()
+    );
 }
 
 #[test]
@@ -150,11 +183,30 @@ fn what_is_no_ball_surface_is_refused() {
         BallSurface::new(p.to_vec(), r.to_vec(), t.to_vec(), |_| true).unwrap_err()
     };
     assert!(matches!(new(&p, &r, &[]), RethickenError::NoTriangles));
-    assert!(matches!(new(&p, &r[1..], &t), RethickenError::RadiusCount { .. }));
-    assert!(matches!(new(&p, &r, &[[0, 1, 4]]), RethickenError::BadIndex { .. }));
-    assert!(matches!(new(&p, &[0.0; 4], &t), RethickenError::NoThickness));
+    assert!(matches!(
+        new(&p, &r[1..], &t),
+        RethickenError::RadiusCount { .. }
+    ));
+    assert!(matches!(
+        new(&p, &r, &[[0, 1, 4]]),
+        RethickenError::BadIndex { .. }
+    ));
+    assert!(matches!(
+        new(&p, &[0.0; 4], &t),
+        RethickenError::NoThickness
+    ));
     let bad = new(&p, &[1.0, f64::NAN, -1.0, 1.0], &t);
-    assert!(matches!(bad, RethickenError::BadRadius { vertex: 1, count: 2, .. }));
+    assert!(matches!(
+        bad,
+        RethickenError::BadRadius {
+            vertex: 1,
+            count: 2,
+            ..
+        }
+    ));
     let far = [DVec3::ZERO, DVec3::X, DVec3::INFINITY, DVec3::Y];
-    assert!(matches!(new(&far, &r, &t), RethickenError::BadPosition { vertex: 2 }));
+    assert!(matches!(
+        new(&far, &r, &t),
+        RethickenError::BadPosition { vertex: 2 }
+    ));
 }

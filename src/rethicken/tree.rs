@@ -78,7 +78,11 @@ impl Tree {
                 Kind::Inner { second } => {
                     let near = (self.bound(at + 1, p), at + 1);
                     let far = (self.bound(second, p), second);
-                    let (near, far) = if near.0 <= far.0 { (near, far) } else { (far, near) };
+                    let (near, far) = if near.0 <= far.0 {
+                        (near, far)
+                    } else {
+                        (far, near)
+                    };
                     stack.push(far);
                     stack.push(near);
                 }

@@ -42,18 +42,27 @@ fn split([a, b, c]: [DVec3; 3], n: u32, out: &mut TriMesh) {
     let first = out.positions.len() as u32;
     // Row i has i + 1 points.
     for i in 0..=n {
-        let (left, right) = (a.lerp(b, f64::from(i) / f64::from(n)), a.lerp(c, f64::from(i) / f64::from(n)));
+        let (left, right) = (
+            a.lerp(b, f64::from(i) / f64::from(n)),
+            a.lerp(c, f64::from(i) / f64::from(n)),
+        );
         for j in 0..=i {
-            let along = if i == 0 { 0.0 } else { f64::from(j) / f64::from(i) };
+            let along = if i == 0 {
+                0.0
+            } else {
+                f64::from(j) / f64::from(i)
+            };
             out.positions.push(left.lerp(right, along));
         }
     }
     let at = |i: u32, j: u32| first + i * (i + 1) / 2 + j;
     for i in 0..n {
         for j in 0..=i {
-            out.triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+            out.triangles
+                .push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
             if j < i {
-                out.triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+                out.triangles
+                    .push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
             }
         }
     }

@@ -127,7 +127,13 @@ pub fn roundtrip(
     let solid = rethicken(&surface, &solid_settings, progress)?;
     progress("compare", 0, 0);
     let separation = extract::separation(&settings.extract);
-    let comparison = compare(part, &extraction, &solid.mesh, separation, surface.median_thickness());
+    let comparison = compare(
+        part,
+        &extraction,
+        &solid.mesh,
+        separation,
+        surface.median_thickness(),
+    );
     Ok(RoundTrip {
         extraction,
         solid,
@@ -197,8 +203,18 @@ fn compare(
     let field = Field::new(part);
     let walls = Walls::new(part, &field, separation);
     let surface = TriMesh {
-        positions: extraction.surface.vertices.iter().map(|v| v.position).collect(),
-        triangles: extraction.surface.triangles.iter().map(|t| t.corners).collect(),
+        positions: extraction
+            .surface
+            .vertices
+            .iter()
+            .map(|v| v.position)
+            .collect(),
+        triangles: extraction
+            .surface
+            .triangles
+            .iter()
+            .map(|t| t.corners)
+            .collect(),
     };
     let views = Views {
         part: field_of(part.mesh()),
@@ -209,8 +225,14 @@ fn compare(
         .flat_map(|face| part.corners(face).map(|p| (face, p)))
         .collect();
     let even: Vec<DVec3> = spread(solid, SAMPLES).into_iter().map(|(_, p)| p).collect();
-    let samples = [views.from_part(&spread(part.mesh(), SAMPLES)), views.from_solid(&even)];
-    let mut corners = [views.from_part(&corners), views.from_solid(&solid.positions)];
+    let samples = [
+        views.from_part(&spread(part.mesh(), SAMPLES)),
+        views.from_solid(&even),
+    ];
+    let mut corners = [
+        views.from_part(&corners),
+        views.from_solid(&solid.positions),
+    ];
     let lost: [Vec<bool>; 2] = [0, 1].map(|i| {
         let samples = samples[i].par_iter();
         samples.map(|seen| views.is_pruned(seen)).collect()
@@ -218,7 +240,10 @@ fn compare(
 
     let mut symmetric = |away: bool| {
         let [(part_to_solid, a), (solid_to_part, b)] = [0, 1].map(|i| {
-            let counted = samples[i].iter().zip(&lost[i]).filter(|(_, lost)| !(away && **lost));
+            let counted = samples[i]
+                .iter()
+                .zip(&lost[i])
+                .filter(|(_, lost)| !(away && **lost));
             let mut counted: Vec<Seen> = counted.map(|(seen, _)| *seen).collect();
             let farthest = [
                 views.farthest(&mut counted, false),

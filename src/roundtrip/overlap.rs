@@ -72,7 +72,10 @@ impl Lines {
                     continue;
                 }
                 let sum: f64 = sides.iter().map(|s| s.1).sum();
-                let weighted = sides.iter().zip(corners).map(|(s, p)| s.1 * p[self.axes[2]]);
+                let weighted = sides
+                    .iter()
+                    .zip(corners)
+                    .map(|(s, p)| s.1 * p[self.axes[2]]);
                 let depth = weighted.sum::<f64>() / sum;
                 if depth.is_finite() {
                     out.push(Hit {
@@ -101,7 +104,9 @@ fn side(a: DVec2, b: DVec2, p: DVec2) -> (bool, f64) {
 
 /// Volume in both meshes over volume in either.
 pub(super) fn overlap(meshes: [&TriMesh; 2]) -> f64 {
-    let lines = Lines::new(&Bounds::of(meshes.iter().flat_map(|m| m.positions.iter().copied())));
+    let lines = Lines::new(&Bounds::of(
+        meshes.iter().flat_map(|m| m.positions.iter().copied()),
+    ));
     let mut hits = Vec::new();
     for (number, mesh) in meshes.into_iter().enumerate() {
         for face in mesh.faces() {
@@ -134,10 +139,23 @@ mod tests {
 
     fn cuboid(low: DVec3, high: DVec3) -> TriMesh {
         let corner = |k: usize| {
-            let pick = |axis: usize| if k >> axis & 1 == 1 { high[axis] } else { low[axis] };
+            let pick = |axis: usize| {
+                if k >> axis & 1 == 1 {
+                    high[axis]
+                } else {
+                    low[axis]
+                }
+            };
             DVec3::new(pick(0), pick(1), pick(2))
         };
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let quads = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
         TriMesh {
             positions: (0..8).map(corner).collect(),
             triangles: (quads.iter())

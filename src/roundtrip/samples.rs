@@ -26,7 +26,9 @@ pub(super) fn spread(mesh: &TriMesh, count: usize) -> Vec<(FaceId, DVec3)> {
     (0..count)
         .map(|i| {
             let place = (i as f64 + 0.5) / count as f64 * sum;
-            let at = reached.partition_point(|&r| r <= place).min(reached.len() - 1);
+            let at = reached
+                .partition_point(|&r| r <= place)
+                .min(reached.len() - 1);
             let face = FaceId(at as u32);
             let [mut u, mut v] = R2.map(|step| (0.5 + step * i as f64).fract());
             if u + v > 1.0 {

@@ -67,7 +67,11 @@ fn write(mesh: &TriMesh, deviation: &[f64], full: f64, out: &mut dyn Write) -> i
 
 /// Colour of a value between -1 and 1; what is beyond has the colour there.
 fn colour(value: f64) -> [u8; 3] {
-    let value = if value.is_finite() { value.clamp(-1.0, 1.0) } else { 0.0 };
+    let value = if value.is_finite() {
+        value.clamp(-1.0, 1.0)
+    } else {
+        0.0
+    };
     let share = |x: f64| (255.0 * x).round() as u8;
     [value.max(0.0), 1.0 - value.abs(), (-value).max(0.0)].map(share)
 }
