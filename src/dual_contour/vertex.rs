@@ -29,10 +29,6 @@ const CORNER: f64 = 0.08;
 /// A value below this times the cell is zero.
 const ZERO: f64 = 1e-9;
 
-/// A value below this times the cell will do for elements that take turns
-/// because rounding made them differ: those of thin triangles lean.
-const NEARLY: f64 = 1e-5;
-
 /// Steps after which elements that did not meet are given up: three or four to
 /// the meeting place, for each of a few changes of elements.
 const MEETING_STEPS: usize = 40;
@@ -244,10 +240,9 @@ impl<I: Implicit> Finder<'_, I> {
 
     /// Where all elements have a value of zero, near `start`, and no other
     /// element says otherwise: Newton's method, and elements changed for
-    /// nearer ones. Should they take turns for ever, the best place will do.
+    /// nearer ones.
     fn meet(&mut self, elements: &mut [u32], start: DVec3) -> Option<Candidate> {
         let mut p = start;
-        let mut best = None;
         for _ in 0..MEETING_STEPS {
             let mut values: SmallVec<[f64; 3]> = SmallVec::new();
             let mut normals: SmallVec<[DVec3; 3]> = SmallVec::new();
@@ -260,29 +255,23 @@ impl<I: Implicit> Finder<'_, I> {
             let worst = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
             if worst <= self.zero() {
                 if normals[0].dot(normals[1]) > CREASE {
-                    break;
+                    return None;
                 }
                 let (found, nearest) = self.sample(p, elements[0]);
-                let (exact, nearly) = (10.0 * self.zero(), NEARLY * self.grid.cell());
-                let covered = self.covered(elements, p, exact);
-                if found.value.abs() <= exact && covered.is_none() {
-                    return Some(found);
-                }
-                if found.value.abs() <= best.map_or(nearly, |b: Candidate| b.value.abs())
-                    && self.covered(elements, p, nearly).is_none()
-                {
-                    best = Some(found);
-                }
-                if let Some((i, by)) = covered {
+                let exact = 10.0 * self.zero();
+                if found.value.abs() <= exact {
+                    let Some((i, by)) = self.covered(elements, p, exact) else {
+                        return Some(found);
+                    };
                     elements[i] = by;
                     continue;
                 }
                 if elements.contains(&nearest) {
-                    break;
+                    return None;
                 }
                 let like = |i: &usize| normals[*i].dot(found.gradient);
                 let Some(i) = (0..elements.len()).max_by(|a, b| like(a).total_cmp(&like(b))) else {
-                    break;
+                    return None;
                 };
                 elements[i] = nearest;
                 continue;
@@ -292,14 +281,14 @@ impl<I: Implicit> Finder<'_, I> {
                 normals.push(DVec3::AXES[axis]);
             }
             let Some(step) = least_step(&values, &normals) else {
-                break;
+                return None;
             };
             p += step;
             if !(p.distance(self.cell.centre()) < 4.0 * self.grid.cell()) {
-                break;
+                return None;
             }
         }
-        best
+        None
     }
 
     /// An element that another covers at `p`: its place in the list, and the
