@@ -181,7 +181,7 @@ pub fn extract(
     })
 }
 
-fn separation(settings: &Settings) -> Separation {
+pub(crate) fn separation(settings: &Settings) -> Separation {
     Separation {
         min_angle: settings.min_angle,
         keep_fins_from: settings

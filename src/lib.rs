@@ -25,9 +25,11 @@
 //! Beside that pipeline:
 //!
 //! * [`dual_contour`]: a solid given by a function, as a mesh without
-//!   self-intersections; what the next two share.
+//!   self-intersections; what the next three share.
 //! * [`offset`]: closed parts grown, shrunk and hollowed.
 //! * [`thicken`]: solids of surfaces, on one side.
+//! * [`rethicken`]: solids of mid-surfaces with a ball at every vertex.
+//! * [`roundtrip`]: part to mid-surface to solid, and how far that is off.
 //! * [`subdivide`]: hollow solids from Catmull-Clark control meshes.
 
 // A library neither prints nor gives up.
@@ -44,6 +46,8 @@ pub mod lattice;
 pub mod mesh;
 pub mod offset;
 pub mod post;
+pub mod rethicken;
+pub mod roundtrip;
 pub mod subdivide;
 pub mod tags;
 pub mod thicken;

@@ -112,7 +112,7 @@ pub(super) struct Args {
     verbose: u8,
 }
 
-fn angle(text: &str) -> Result<f64, String> {
+pub(super) fn angle(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(angle) if angle > 0.0 && angle < 180.0 => Ok(angle),
         _ => Err("expected degrees between 0 and 180".to_owned()),

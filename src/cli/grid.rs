@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::Precision;
+use midsurf::dual_contour::{GridError, Precision, Work};
 use midsurf::io::write::{SolidFormat, stage_solid};
 use midsurf::mesh::{PartOptions, TriMesh};
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
@@ -150,7 +150,7 @@ pub(super) fn run(
             "corner_deviation": figures.corner_deviation,
             "centre_deviation": figures.centre_deviation,
         },
-        "work": figures.work_json(),
+        "work": work_json(&figures.work),
         "seconds": seconds,
         "peak_memory": peak(),
         "outputs": args.output,
@@ -212,7 +212,7 @@ struct Figures {
     corner_deviation: midsurf::offset::Deviation,
     centre_deviation: midsurf::offset::Deviation,
     field_seconds: f64,
-    work: midsurf::dual_contour::Work,
+    work: Work,
 }
 
 impl Figures {
@@ -223,19 +223,6 @@ impl Figures {
             field_seconds: result.field_seconds,
             work: result.work,
         }
-    }
-
-    fn work_json(&self) -> Value {
-        json!({
-            "filters": self.work.filters,
-            "crossings": self.work.crossings,
-            "cell_vertices": self.work.vertices[0],
-            "face_vertices": self.work.vertices[1],
-            "edge_vertices": self.work.vertices[2],
-            "rings": self.work.rings,
-            "mends": self.work.mends,
-            "queries": self.work.queries,
-        })
     }
 
     /// What each stage took and left, for `--verbose`.
@@ -266,6 +253,20 @@ impl Figures {
             self.field_seconds, self.work.band_seconds, self.work.contour_seconds
         ));
     }
+}
+
+/// The grid's work, for reports.
+pub(super) fn work_json(work: &Work) -> Value {
+    json!({
+        "filters": work.filters,
+        "crossings": work.crossings,
+        "cell_vertices": work.vertices[0],
+        "face_vertices": work.vertices[1],
+        "edge_vertices": work.vertices[2],
+        "rings": work.rings,
+        "mends": work.mends,
+        "queries": work.queries,
+    })
 }
 
 fn explain(warning: OffsetWarning, distance: f64) -> Warning {
@@ -307,10 +308,12 @@ fn failure(error: &OffsetError, part: &Path, command: &str) -> Failure {
         OffsetError::BadCell(_) => "give --cell a positive length, or leave it away",
         OffsetError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
         OffsetError::Open => "`midsurf info PART` counts the open edges",
-        OffsetError::TooFine { .. } => {
+        OffsetError::Grid(GridError::TooFine { .. }) => {
             "take a larger --cell, or raise --memory-limit if the machine has more memory"
         }
-        OffsetError::NoGrid { .. } => "move the part nearer to the origin, or take a larger --cell",
+        OffsetError::Grid(GridError::NoGrid { .. }) => {
+            "move the part nearer to the origin, or take a larger --cell"
+        }
         OffsetError::Empty(_) => {
             return Failure::no_result(message, "take a smaller distance or a smaller --cell");
         }

@@ -41,7 +41,7 @@ pub(super) fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), Failure> {
     Ok((loaded, warnings))
 }
 
-fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
+pub(super) fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
     let place = match warning.place {
         Place::Whole => String::new(),
         Place::Line(line) => format!(", line {line}"),

@@ -16,6 +16,8 @@ mod offset;
 mod outputs;
 mod progress;
 mod report;
+mod rethicken;
+mod roundtrip;
 mod subdivide;
 mod tags;
 mod thicken;
@@ -55,6 +57,8 @@ enum Command {
     Offset(offset::Args),
     Hollow(hollow::Args),
     Thicken(thicken::Args),
+    Rethicken(rethicken::Args),
+    Roundtrip(roundtrip::Args),
 }
 
 /// Parses the command line, runs the command, reports what went wrong.
@@ -81,6 +85,8 @@ pub fn run() -> ExitCode {
         Command::Offset(args) => offset::run(args),
         Command::Hollow(args) => hollow::run(args),
         Command::Thicken(args) => thicken::run(args),
+        Command::Rethicken(args) => rethicken::run(args),
+        Command::Roundtrip(args) => roundtrip::run(args),
     };
     match outcome {
         Ok(code) => code,

@@ -32,16 +32,22 @@ pub trait Implicit: Sync {
     /// Smooth where [`sample`](Implicit::sample) has a crease.
     fn element(&self, p: DVec3, element: u32) -> (f64, DVec3);
 
-    /// Another element that takes this one's place at a point where this one's
-    /// own value is zero.
+    /// The element, if any, that takes another's place where the function and
+    /// that other element vanish, because the other, though zero there by
+    /// itself, is no part of the surface: more than `tolerance` inside the one
+    /// that covers it, or hidden behind it.
     ///
-    /// A solid that is the common part of others (a slab cut off by planes)
-    /// has a value of zero wherever one of its elements has, behind the others
-    /// too; there the value alone does not tell that an element is not part of
-    /// the surface.
-    fn instead(&self, _p: DVec3, _element: u32) -> Option<u32> {
+    /// In a plain union none ever is. But a union that is cut off, or the
+    /// common part of several solids, has a value of zero all over the cut, and
+    /// an element that ends somewhere behind it makes no crease there.
+    fn covered(&self, _p: DVec3, _element: u32, _tolerance: f64) -> Option<u32> {
         None
     }
+
+    /// Changes elements that are to meet near `p` for those that stand for them
+    /// there: where a union is cut off, the member of it that met the edge of
+    /// a cell need not reach the crease at all.
+    fn stand_in(&self, _p: DVec3, _elements: &mut [u32]) {}
 
     /// Where the surface crosses the segment between two samples of opposite
     /// sides. `samples[0]` is at `ends[0]`.

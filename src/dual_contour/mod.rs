@@ -30,6 +30,7 @@
 //! than a cell may be missing or joined.
 
 mod band;
+mod budget;
 mod cells;
 mod edges;
 mod faces;
@@ -54,6 +55,7 @@ use edges::Edges;
 use faces::Faces;
 
 pub use band::{FilterCounts, Filters};
+pub use budget::{GridError, smallest_cell};
 pub use edges::CrossingCounts;
 pub use grid::{CellBox, Grid, Precision};
 pub use implicit::{Crossing, Implicit, Sample};

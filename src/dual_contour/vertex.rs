@@ -342,6 +342,7 @@ impl<I: Implicit> Finder<'_, I> {
         for _ in 0..MEETING_STEPS {
             let mut values: SmallVec<[f64; 3]> = SmallVec::new();
             let mut normals: SmallVec<[DVec3; 3]> = SmallVec::new();
+            self.solid.stand_in(p, elements);
             for &element in elements.iter() {
                 let (value, normal) = self.solid.element(p, element);
                 values.push(value);
@@ -353,16 +354,15 @@ impl<I: Implicit> Finder<'_, I> {
                     return None;
                 }
                 let (found, nearest) = self.sample(p, elements[0]);
-                if found.value.abs() <= 10.0 * self.zero() {
-                    let other = (0..elements.len())
-                        .find_map(|i| Some((i, self.solid.instead(p, elements[i])?)));
-                    let Some((i, other)) = other else {
+                let exact = 10.0 * self.zero();
+                if found.value.abs() <= exact {
+                    let Some((i, by)) = self.covered(elements, p, exact) else {
                         return Some(found);
                     };
-                    if elements.contains(&other) {
+                    if elements.contains(&by) {
                         return None;
                     }
-                    elements[i] = other;
+                    elements[i] = by;
                     continue;
                 }
                 if elements.contains(&nearest) {
@@ -384,6 +384,13 @@ impl<I: Implicit> Finder<'_, I> {
             }
         }
         None
+    }
+
+    /// An element that another covers at `p`: its place in the list, and the
+    /// other.
+    fn covered(&self, elements: &[u32], p: DVec3, tolerance: f64) -> Option<(usize, u32)> {
+        let of = |(i, &element)| Some((i, self.solid.covered(p, element, tolerance)?));
+        elements.iter().enumerate().find_map(of)
     }
 
     /// A point of the surface that fits, or the nearest miss; at worst `mass`.

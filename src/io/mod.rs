@@ -12,6 +12,7 @@ mod off;
 mod ply;
 mod polygon;
 mod stl;
+mod surface;
 mod text;
 pub mod write;
 
@@ -22,6 +23,7 @@ use sha2::{Digest, Sha256};
 pub use control::{ControlMesh, read_control, read_control_bytes};
 pub use error::{Place, Problem, ReadError};
 pub use names::{FacetNames, NameSet};
+pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_surface};
 
 use crate::mesh::{FaceId, TriMesh};
 use error::Located;
@@ -40,6 +42,8 @@ pub struct LoadedMesh {
     pub names: FacetNames,
     /// What was odd but could be read.
     pub warnings: Vec<ReadWarning>,
+    /// What the file says of vertices besides their place.
+    pub values: VertexValues,
     /// SHA-256 of the file's bytes, in hexadecimal.
     pub sha256: String,
     places: FacetPlaces,
@@ -69,6 +73,18 @@ impl LoadedMesh {
     }
 }
 
+/// Numbers that a PLY file gives for its vertices: as many as vertices, or
+/// none where the file has no such property. As read, so of any value.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VertexValues {
+    /// Property `thickness`.
+    pub thickness: Vec<f64>,
+    /// Property `radius`.
+    pub radius: Vec<f64>,
+    /// Property `kind`; see [`write::vertex_code`].
+    pub kind: Vec<f64>,
+}
+
 /// Oddity met while reading.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadWarning {
@@ -95,6 +111,7 @@ pub(crate) struct RawMesh {
     pub(crate) names: FacetNames,
     pub(crate) places: FacetPlaces,
     pub(crate) warnings: Vec<ReadWarning>,
+    pub(crate) values: VertexValues,
 }
 
 /// Mesh formats that can be read.
@@ -157,6 +174,7 @@ pub fn read_mesh_bytes(
         source: raw.source,
         names: raw.names,
         warnings: raw.warnings,
+        values: raw.values,
         sha256: hex(&Sha256::digest(bytes)),
         places: raw.places,
     })

@@ -13,21 +13,27 @@ use ply_rs_bw::ply::{
 use super::error::{Located, Place, Problem};
 use super::polygon::FacetSink;
 use super::text::{Lines, decode, excerpt, finite};
-use super::{FacetNames, FacetPlaces, RawMesh};
+use super::{FacetNames, FacetPlaces, RawMesh, VertexValues};
+
+/// Properties of a vertex that are read: the point, and what a mid-surface
+/// has besides.
+const PROPERTIES: [&str; 6] = ["x", "y", "z", "thickness", "radius", "kind"];
 
 #[derive(Debug, Default)]
-struct Vertex([Option<f64>; 3]);
+struct Vertex([Option<f64>; PROPERTIES.len()]);
 
 impl Vertex {
     fn set(&mut self, name: &str, value: f64) -> PropertyAccessResult {
-        let axis = match name {
-            "x" => 0,
-            "y" => 1,
-            "z" => 2,
-            _ => return PropertyAccessResult::Ignored,
+        let Some(place) = PROPERTIES.iter().position(|known| *known == name) else {
+            return PropertyAccessResult::Ignored;
         };
-        self.0[axis] = Some(value);
+        self.0[place] = Some(value);
         PropertyAccessResult::Set
+    }
+
+    fn point(&self) -> DVec3 {
+        let [x, y, z, ..] = self.0.map(Option::unwrap_or_default);
+        DVec3::new(x, y, z)
     }
 }
 
@@ -168,6 +174,7 @@ impl<'a> Body<'a> {
         let header = self.header;
         check_header(header)?;
         let mut positions = Vec::new();
+        let mut values = VertexValues::default();
         let mut faces: Vec<(Place, Vec<i64>)> = Vec::new();
         for (name, element) in &header.elements {
             self.check_count(element)?;
@@ -177,12 +184,16 @@ impl<'a> Body<'a> {
                     for _ in 0..element.count {
                         let (place, vertex) = self.element::<Vertex>(element)?;
                         // check_header has seen x, y and z.
-                        let point = DVec3::from_array(vertex.0.map(Option::unwrap_or_default));
+                        let point = vertex.point();
                         if !point.is_finite() {
                             let word = format!("({}, {}, {})", point.x, point.y, point.z);
                             return Err((place, Problem::NotFinite { word }));
                         }
                         positions.push(point);
+                        let [_, _, _, thickness, radius, kind] = vertex.0;
+                        values.thickness.extend(thickness);
+                        values.radius.extend(radius);
+                        values.kind.extend(kind);
                     }
                 }
                 "face" => {
@@ -232,12 +243,14 @@ impl<'a> Body<'a> {
         } else {
             FacetPlaces::Bytes(offsets)
         };
-        Ok(sink.finish(
+        let mut raw = sink.finish(
             positions,
             FacetNames::unnamed(faces.len()),
             places,
             Vec::new(),
-        ))
+        );
+        raw.values = values;
+        Ok(raw)
     }
 
     /// Refuses counts that the bytes left cannot hold, before anything is

@@ -86,6 +86,7 @@ impl FacetSink {
             names,
             places,
             warnings,
+            values: Default::default(),
         }
     }
 }

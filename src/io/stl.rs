@@ -217,5 +217,6 @@ fn assemble(corners: &[DVec3], names: FacetNames, places: FacetPlaces) -> RawMes
         names,
         places,
         warnings: Vec::new(),
+        values: Default::default(),
     }
 }

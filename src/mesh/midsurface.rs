@@ -33,6 +33,18 @@ pub struct MidVertex {
     pub footpoints: SmallVec<[DVec3; 2]>,
 }
 
+impl MidVertex {
+    /// Radius of the ball around it that touches the nearest walls; half the
+    /// thickness where no footpoint is known.
+    ///
+    /// Where the object angle is less than 180 degrees, as near a seam, half
+    /// the thickness is less than this.
+    pub fn radius(&self) -> f64 {
+        let foot = self.footpoints.first();
+        foot.map_or(0.5 * self.thickness, |f| f.distance(self.position))
+    }
+}
+
 /// Triangle of the mid-surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MidTriangle {

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Filters, Grid, Implicit, Precision, Progress, Work};
+use crate::dual_contour::{self, Filters, Grid, GridError, Implicit, Precision, Progress, Work};
 use crate::field::Field;
 use crate::mesh::{Bounds, Part, TriMesh, self_intersections};
 use solid::OffsetSolid;
@@ -66,13 +66,6 @@ impl Settings {
     }
 }
 
-/// Bytes that an active cell takes at the peak, measured; for the memory bound.
-const BYTES_PER_CELL: f64 = 400.0;
-
-/// Active cells for a surface as large as a cell's face: those that a plane
-/// meets, over all directions.
-const CELLS_PER_FACE: f64 = 2.0;
-
 /// Why there is no offset.
 #[derive(Debug, Error)]
 pub enum OffsetError {
@@ -90,35 +83,9 @@ pub enum OffsetError {
         "the part is open, so it has no inside to grow or shrink; close its gaps, or thicken it as a surface"
     )]
     Open,
-    /// The grid would not fit.
-    #[error(
-        "cell size {cell} needs about {cells:.0} active cells and {gigabytes:.1} GB; the smallest cell that fits is about {smallest:.4}"
-    )]
-    TooFine {
-        /// Cell asked for.
-        cell: f64,
-        /// Active cells that it would need.
-        cells: f64,
-        /// Memory that they would take.
-        gigabytes: f64,
-        /// Smallest cell within the bound.
-        smallest: f64,
-    },
-    /// More cells along an axis than the grid can count, or planes that the
-    /// numbers allowed cannot tell apart.
-    #[error(
-        "cell size {cell} is too small for a box of {size:.6} at {far:.6} from the origin; use a larger cell{hint}"
-    )]
-    NoGrid {
-        /// Cell asked for.
-        cell: f64,
-        /// Longest side of the box around the offset.
-        size: f64,
-        /// Greatest coordinate.
-        far: f64,
-        /// What else helps.
-        hint: &'static str,
-    },
+    /// No grid.
+    #[error(transparent)]
+    Grid(#[from] GridError),
     /// Nothing is left.
     #[error(
         "nothing is left: no point of the part is farther than {0} from its surface (or what is left is thinner than a cell)"
@@ -278,26 +245,9 @@ fn grid(bounds: &Bounds, part: &Part, settings: &Settings) -> Result<Grid, Offse
         return Err(OffsetError::Empty(distance.abs()));
     }
     let round = 4.0 * std::f64::consts::PI * distance.max(0.0).powi(2);
-    let cells = CELLS_PER_FACE * (part.area() + round) / (cell * cell);
-    let bytes = cells * BYTES_PER_CELL;
-    if bytes > settings.memory_limit as f64 {
-        return Err(OffsetError::TooFine {
-            cell,
-            cells,
-            gigabytes: bytes / 1e9,
-            smallest: cell * (bytes / settings.memory_limit as f64).sqrt(),
-        });
-    }
-    let far = bounds.min.abs().max(bounds.max.abs()).max_element();
-    Grid::around(bounds, cell, settings.precision).ok_or(OffsetError::NoGrid {
-        cell,
-        size: bounds.size().max_element(),
-        far,
-        hint: match settings.precision {
-            Precision::Single => ", or a format of double precision such as .obj",
-            Precision::Double => "",
-        },
-    })
+    let area = part.area() + round;
+    let (precision, limit) = (settings.precision, settings.memory_limit);
+    Ok(Grid::within(bounds, area, cell, precision, limit)?)
 }
 
 /// Deviations at corners and at centres.

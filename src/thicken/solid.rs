@@ -277,7 +277,7 @@ impl Implicit for ThickSolid<'_> {
 
     /// The shell and the patch are where their nearest triangle has them; a
     /// strip ends with its edge.
-    fn instead(&self, p: DVec3, element: u32) -> Option<u32> {
+    fn covered(&self, p: DVec3, element: u32, _: f64) -> Option<u32> {
         let (face, height, kind): (_, _, fn(u32) -> Element) = match self.element_of(element) {
             Element::Shell(face) => (face, self.thickness, Element::Shell),
             Element::Patch(face) => (face, 0.0, Element::Patch),

@@ -10,6 +10,7 @@ mod offset;
 mod parts;
 mod readers;
 mod readme;
+mod rethicken;
 mod snapshots;
 mod subdivide;
 mod tags;

@@ -130,10 +130,12 @@ fn ply_round_trips() {
     assert_eq!(loaded.mesh.positions, positions);
     let triangles: Vec<_> = surface.triangles.iter().map(|t| t.corners).collect();
     assert_eq!(loaded.mesh.triangles, triangles);
-    // Thickness and kind of the last vertex, sheet of the last face.
+    // Thickness, radius and kind of the last vertex, sheet of the last face.
     let faces = bytes.len() - 3 * 17;
     assert_eq!(bytes[faces - 1], 4);
-    assert_eq!(bytes[faces - 9..faces - 1], 2.0f64.to_le_bytes());
+    assert_eq!(bytes[faces - 9..faces - 1], 1.0f64.to_le_bytes());
+    assert_eq!(bytes[faces - 17..faces - 9], 2.0f64.to_le_bytes());
+    assert_eq!(loaded.values.radius, [1.0; 5]);
     assert_eq!(bytes[bytes.len() - 4..], 1u32.to_le_bytes());
 }
 
@@ -259,7 +261,10 @@ fn files_appear_on_commit_only() {
     );
     assert_eq!(read_mesh(&file).unwrap().facet_count(), 3);
     let csv = std::fs::read_to_string(folder.path().join("mid.thickness.csv")).unwrap();
-    assert_eq!(csv, "vertex_index,thickness\n0,2\n1,2\n2,1.9\n3,2.1\n4,2\n");
+    assert_eq!(
+        csv,
+        "vertex_index,thickness,radius\n0,2,1\n1,2,1\n2,1.9,1\n3,2.1,1\n4,2,1\n"
+    );
 }
 
 #[test]

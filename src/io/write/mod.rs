@@ -5,6 +5,7 @@
 
 mod csv;
 mod obj;
+mod painted;
 mod ply;
 mod solid;
 mod stage;
@@ -17,6 +18,7 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
+pub use painted::stage_deviation;
 pub use solid::{Shade, SolidFormat, stage_solid, write_solid};
 pub use stage::{Staged, check_target, stage};
 
@@ -79,7 +81,7 @@ pub enum WriteError {
 pub enum SurfaceFormat {
     /// Wavefront OBJ, one group a sheet, with a CSV of thickness beside it.
     Obj,
-    /// Binary PLY with thickness and kind a vertex, sheet a face.
+    /// Binary PLY with thickness, radius and kind a vertex, sheet a face.
     Ply,
     /// VTK unstructured grid for ParaView: triangles, and seams and borders
     /// as lines.
@@ -197,7 +199,7 @@ pub fn write_surface(
     }
 }
 
-/// Writes the thickness of every vertex as CSV.
+/// Writes the thickness and radius of every vertex as CSV.
 ///
 /// # Errors
 ///

@@ -16,6 +16,7 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
          property double y\n\
          property double z\n\
          property double thickness\n\
+         property double radius\n\
          property uchar kind\n\
          element face {}\n\
          property list uchar int vertex_indices\n\
@@ -29,6 +30,7 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
             out.write_all(&value.to_le_bytes())?;
         }
         out.write_all(&vertex.thickness.to_le_bytes())?;
+        out.write_all(&vertex.radius().to_le_bytes())?;
         out.write_all(&[vertex_code(vertex.kind)])?;
     }
     for triangle in &surface.triangles {

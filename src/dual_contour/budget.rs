@@ -1,0 +1,88 @@
+//! A grid that fits: memory asked before it is taken.
+
+use thiserror::Error;
+
+use super::grid::{Grid, Precision};
+use crate::mesh::Bounds;
+
+/// Bytes that an active cell takes at the peak, measured; for the memory bound.
+const BYTES_PER_CELL: f64 = 400.0;
+
+/// Active cells for a surface as large as a cell's face: those that a plane
+/// meets, over all directions.
+const CELLS_PER_FACE: f64 = 2.0;
+
+/// Why there is no grid.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum GridError {
+    /// The grid would not fit.
+    #[error(
+        "cell size {cell} needs about {cells:.0} active cells and {gigabytes:.1} GB; the smallest cell that fits is about {smallest:.4}"
+    )]
+    TooFine {
+        /// Cell asked for.
+        cell: f64,
+        /// Active cells that it would need.
+        cells: f64,
+        /// Memory that they would take.
+        gigabytes: f64,
+        /// Smallest cell within the bound.
+        smallest: f64,
+    },
+    /// More cells along an axis than the grid can count, or planes that the
+    /// numbers allowed cannot tell apart.
+    #[error(
+        "cell size {cell} is too small for a box of {size:.6} at {far:.6} from the origin; use a larger cell{hint}"
+    )]
+    NoGrid {
+        /// Cell asked for.
+        cell: f64,
+        /// Longest side of the box around the surface.
+        size: f64,
+        /// Greatest coordinate.
+        far: f64,
+        /// What else helps.
+        hint: &'static str,
+    },
+}
+
+/// The smallest cell for a surface of this area within so many bytes.
+pub fn smallest_cell(area: f64, memory_limit: u64) -> f64 {
+    (CELLS_PER_FACE * area * BYTES_PER_CELL / memory_limit as f64).sqrt()
+}
+
+impl Grid {
+    /// A grid around `bounds` for a surface of about this area.
+    ///
+    /// # Errors
+    ///
+    /// [`GridError`].
+    pub fn within(
+        bounds: &Bounds,
+        area: f64,
+        cell: f64,
+        precision: Precision,
+        memory_limit: u64,
+    ) -> Result<Grid, GridError> {
+        let cells = CELLS_PER_FACE * area / (cell * cell);
+        let bytes = cells * BYTES_PER_CELL;
+        if bytes > memory_limit as f64 {
+            return Err(GridError::TooFine {
+                cell,
+                cells,
+                gigabytes: bytes / 1e9,
+                smallest: smallest_cell(area, memory_limit),
+            });
+        }
+        let far = bounds.min.abs().max(bounds.max.abs()).max_element();
+        Grid::around(bounds, cell, precision).ok_or(GridError::NoGrid {
+            cell,
+            size: bounds.size().max_element(),
+            far,
+            hint: match precision {
+                Precision::Single => ", or a format of double precision such as .obj",
+                Precision::Double => "",
+            },
+        })
+    }
+}

@@ -1,0 +1,221 @@
+//! Re-thickening: a mid-surface with its balls back to a solid.
+//!
+//! The solid is the union of balls around all points of the surface, their
+//! radius linear over each triangle: one *slab* a triangle, the hull of three
+//! balls. Of a mid-surface with its maximal balls that is the part again, less
+//! the convex edges and corners that no ball reaches, whose sheets the
+//! extraction leaves out. At coping borders the solid ends flat, as the
+//! thickened solid of Wang and Chen, "Thickening Freeform Surfaces for Solid
+//! Fabrication", does without its set B(S); at fading borders it keeps the
+//! round of the balls.
+//!
+//! * [`BallSurface`]: the checked input.
+//! * `slab`: the closed form of one slab.
+//! * `tree`: the nearest of many.
+//! * `ends`: planes at coping borders.
+//! * `solid`: the function, which [`dual_contour`](crate::dual_contour) meshes.
+//!
+//! # What is promised
+//!
+//! The mesh is that of the contouring: closed, manifold, outward, without
+//! self-intersections; same input, same bytes. Flat ends and the creases
+//! between slabs are exact, as far as the contouring finds them.
+//!
+//! # What is not
+//!
+//! Between vertices the surface is flat and the radius linear: bent walls come
+//! back as the sagitta leaves them. A flat end stands on the triangles at the
+//! border, not on the coping face that was there; where that was slanted
+//! against the sheet, the end differs from it.
+
+mod ends;
+mod slab;
+mod solid;
+mod surface;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+use std::time::Instant;
+
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::dual_contour::{self, Filters, Grid, GridError, Implicit, Precision, Progress, Work};
+use crate::mesh::TriMesh;
+use solid::SlabSolid;
+
+pub use surface::BallSurface;
+
+/// How finely to mesh the solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Edge length of a grid cell, part units.
+    pub cell: f64,
+    /// Chords that stray from the solid by more than this, part units, get
+    /// another vertex. Infinite: none do.
+    pub tolerance: f64,
+    /// Numbers that vertices may have.
+    pub precision: Precision,
+    /// Most memory that the grid may take, bytes; a finer cell is refused.
+    pub memory_limit: u64,
+}
+
+impl Settings {
+    /// Default cells across the least thickness.
+    pub const CELLS: f64 = 4.0;
+
+    /// Default of [`Settings::tolerance`], over the median thickness.
+    pub const TOLERANCE: f64 = 1e-3;
+
+    /// Default of [`Settings::memory_limit`].
+    pub const MEMORY_LIMIT: u64 = 8 << 30;
+
+    /// Default settings for a surface: a quarter of the least thickness a
+    /// cell, but not finer than a sixteenth of the median nor than a quarter
+    /// of the memory bound.
+    pub fn new(surface: &BallSurface) -> Settings {
+        let (least, median) = (surface.least_thickness(), surface.median_thickness());
+        let memory_limit = Settings::MEMORY_LIMIT;
+        let cell = (least / Settings::CELLS)
+            .max(median / 16.0)
+            .max(dual_contour::smallest_cell(
+                2.2 * surface.area(),
+                memory_limit / 4,
+            ));
+        Settings {
+            cell,
+            tolerance: Settings::TOLERANCE * median.max(least),
+            precision: Precision::Double,
+            memory_limit,
+        }
+    }
+}
+
+/// Why there is no solid.
+#[derive(Debug, Error)]
+pub enum RethickenError {
+    /// There is nothing to thicken.
+    #[error("the surface has no triangles")]
+    NoTriangles,
+    /// A vertex has no radius, or a radius no vertex.
+    #[error("{radii} radii for {vertices} vertices")]
+    RadiusCount {
+        /// Radii given.
+        radii: usize,
+        /// Vertices given.
+        vertices: usize,
+    },
+    /// A triangle names a vertex that is not there.
+    #[error("the triangle {corners:?} names a vertex that does not exist")]
+    BadIndex {
+        /// Its corners.
+        corners: [u32; 3],
+    },
+    /// A position is no point.
+    #[error("the position of vertex {vertex} is not finite")]
+    BadPosition {
+        /// The first such vertex, counted from 0.
+        vertex: usize,
+    },
+    /// A radius is negative or no number.
+    #[error("the radius {radius} of vertex {vertex} is not a length ({count} such in all)")]
+    BadRadius {
+        /// The first such vertex, counted from 0.
+        vertex: usize,
+        /// Its radius.
+        radius: f64,
+        /// How many there are.
+        count: usize,
+    },
+    /// All radii are zero.
+    #[error("the thickness is zero everywhere")]
+    NoThickness,
+    /// The cell size is not a positive number.
+    #[error("cell size {0} is not a positive length")]
+    BadCell(f64),
+    /// The tolerance is not a positive number.
+    #[error("tolerance {0} is not a positive length")]
+    BadTolerance(f64),
+    /// No grid.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// Every node of the grid missed the solid.
+    #[error("the solid is thinner than a cell everywhere; take a cell smaller than {0}")]
+    Empty(f64),
+}
+
+/// A solid and what it took.
+#[derive(Clone, Debug)]
+pub struct Rethickened {
+    /// Closed, manifold, outward, without self-intersections, not empty.
+    pub mesh: TriMesh,
+    /// What the user should know.
+    pub warnings: Vec<RethickenWarning>,
+    /// Building slabs, tree and ends.
+    pub solid_seconds: f64,
+    /// The grid's work.
+    pub work: Work,
+}
+
+/// What may have been lost.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RethickenWarning {
+    /// The solid is thinner than two cells somewhere: it may have holes there.
+    CoarseCell,
+}
+
+/// The solid of a surface with its balls.
+///
+/// Deterministic: the same surface and settings give the same result, bit for
+/// bit, on any number of threads.
+///
+/// # Errors
+///
+/// [`RethickenError`] for settings without sense, a grid past the memory
+/// bound, and an empty result.
+pub fn rethicken(
+    surface: &BallSurface,
+    settings: &Settings,
+    progress: &Progress,
+) -> Result<Rethickened, RethickenError> {
+    let Settings {
+        cell, tolerance, ..
+    } = *settings;
+    if !(cell > 0.0 && cell.is_finite()) {
+        return Err(RethickenError::BadCell(cell));
+    }
+    if tolerance.is_nan() || tolerance <= 0.0 {
+        return Err(RethickenError::BadTolerance(tolerance));
+    }
+    let start = Instant::now();
+    progress("field", 0, 0);
+    let solid = SlabSolid::new(surface);
+    let solid_seconds = start.elapsed().as_secs_f64();
+    // Both sides, and some for the ends.
+    let area = 2.2 * surface.area();
+    let grid = Grid::within(
+        &solid.bounds(),
+        area,
+        cell,
+        settings.precision,
+        settings.memory_limit,
+    )?;
+    let contour_settings = dual_contour::Settings {
+        tolerance,
+        filters: Filters::default(),
+    };
+    let contour = dual_contour::contour(&solid, &grid, &contour_settings, progress);
+    let least = surface.least_thickness();
+    if contour.mesh.triangles.is_empty() {
+        return Err(RethickenError::Empty(0.5 * least));
+    }
+    let coarse = (cell > 0.5 * least).then_some(RethickenWarning::CoarseCell);
+    Ok(Rethickened {
+        mesh: contour.mesh,
+        warnings: coarse.into_iter().collect(),
+        solid_seconds,
+        work: contour.work,
+    })
+}

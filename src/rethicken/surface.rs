@@ -1,0 +1,193 @@
+//! The surface with its balls: what is re-thickened.
+
+use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::RethickenError;
+use crate::mesh::Bounds;
+use crate::mesh::midsurface::{BorderKind, MidSurface, MidVertex};
+
+/// Triangles, any number of them to an edge, with the radius of a ball at
+/// every vertex.
+///
+/// Invariants, held by [`BallSurface::new`]: indices in range, positions and
+/// radii finite, no radius negative, one at least positive, at least one
+/// triangle.
+#[derive(Clone, Debug)]
+pub struct BallSurface {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) radii: Vec<f64>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) flat: Vec<FlatEdge>,
+}
+
+/// A free edge at which the solid ends flat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct FlatEdge {
+    /// Vertices, in the order in which the triangle runs them.
+    pub ends: [u32; 2],
+    pub triangle: u32,
+}
+
+/// An edge, lower vertex first.
+pub(super) fn key(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
+impl BallSurface {
+    /// `radii[v]` belongs to `positions[v]`. Of the edges of one triangle, the
+    /// solid ends flat at those that `flat` names, and round at the others.
+    ///
+    /// # Errors
+    ///
+    /// [`RethickenError`] for what the invariants exclude.
+    pub fn new(
+        positions: Vec<DVec3>,
+        radii: Vec<f64>,
+        triangles: Vec<[u32; 3]>,
+        flat: impl Fn([u32; 2]) -> bool,
+    ) -> Result<BallSurface, RethickenError> {
+        if triangles.is_empty() {
+            return Err(RethickenError::NoTriangles);
+        }
+        if radii.len() != positions.len() {
+            return Err(RethickenError::RadiusCount {
+                radii: radii.len(),
+                vertices: positions.len(),
+            });
+        }
+        let beyond = |t: &&[u32; 3]| t.iter().any(|&v| v as usize >= positions.len());
+        if let Some(&corners) = triangles.iter().find(beyond) {
+            return Err(RethickenError::BadIndex { corners });
+        }
+        if let Some(vertex) = positions.iter().position(|p| !p.is_finite()) {
+            return Err(RethickenError::BadPosition { vertex });
+        }
+        let bad = |r: &f64| !(r.is_finite() && *r >= 0.0);
+        if let Some(vertex) = radii.iter().position(bad) {
+            return Err(RethickenError::BadRadius {
+                vertex,
+                radius: radii[vertex],
+                count: radii.iter().filter(|r| bad(r)).count(),
+            });
+        }
+        if triangles
+            .iter()
+            .flatten()
+            .all(|&v| radii[v as usize] == 0.0)
+        {
+            return Err(RethickenError::NoThickness);
+        }
+        let flat = free_edges(&triangles)
+            .filter(|edge| flat(edge.ends))
+            .collect();
+        Ok(BallSurface {
+            positions,
+            radii,
+            triangles,
+            flat,
+        })
+    }
+
+    /// An extracted mid-surface with its maximal balls. It ends flat at coping
+    /// borders, and round at fading ones and at cracks.
+    ///
+    /// # Errors
+    ///
+    /// As [`BallSurface::new`].
+    pub fn of(surface: &MidSurface) -> Result<BallSurface, RethickenError> {
+        let mut coping = FxHashSet::default();
+        for border in surface
+            .borders
+            .iter()
+            .filter(|b| b.kind == BorderKind::Coping)
+        {
+            coping.extend(border.path.windows(2).map(|pair| key(pair[0], pair[1])));
+            if let (true, [first, .., last]) = (border.closed, border.path.as_slice()) {
+                coping.insert(key(*first, *last));
+            }
+        }
+        BallSurface::new(
+            surface.vertices.iter().map(|v| v.position).collect(),
+            surface.vertices.iter().map(MidVertex::radius).collect(),
+            surface.triangles.iter().map(|t| t.corners).collect(),
+            |[a, b]| coping.contains(&key(a, b)),
+        )
+    }
+
+    /// Least diameter of a ball of positive radius at a vertex in use.
+    pub fn least_thickness(&self) -> f64 {
+        let used = self
+            .triangles
+            .iter()
+            .flatten()
+            .map(|&v| self.radii[v as usize]);
+        2.0 * used.filter(|&r| r > 0.0).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Median diameter of the balls over the area.
+    pub fn median_thickness(&self) -> f64 {
+        let mut weighted: Vec<(f64, f64)> = (self.triangles.iter())
+            .map(|t| {
+                let radius: f64 = t.iter().map(|&v| self.radii[v as usize]).sum();
+                (radius * (2.0 / 3.0), self.area_of(t))
+            })
+            .collect();
+        weighted.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let half = 0.5 * self.area();
+        let mut sum = 0.0;
+        let reached = weighted.iter().find(|(_, area)| {
+            sum += area;
+            sum >= half
+        });
+        reached.or(weighted.last()).map_or(0.0, |w| w.0)
+    }
+
+    /// Area of the triangles, square part units.
+    pub fn area(&self) -> f64 {
+        self.triangles.iter().map(|t| self.area_of(t)).sum()
+    }
+
+    fn area_of(&self, triangle: &[u32; 3]) -> f64 {
+        let [a, b, c] = triangle.map(|v| self.positions[v as usize]);
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// Length of the diagonal of the box around the surface.
+    pub fn diagonal(&self) -> f64 {
+        let used = self.triangles.iter().flatten();
+        Bounds::of(used.map(|&v| self.positions[v as usize])).diagonal()
+    }
+
+    /// Number of edges at which the solid ends flat.
+    pub fn flat_edges(&self) -> usize {
+        self.flat.len()
+    }
+}
+
+/// Triangles at each edge, in order.
+pub(super) fn edges(triangles: &[[u32; 3]]) -> FxHashMap<[u32; 2], Vec<u32>> {
+    let mut edges: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
+    for (t, corners) in (0..).zip(triangles) {
+        for i in 0..3 {
+            let (a, b) = (corners[i], corners[(i + 1) % 3]);
+            if a != b {
+                edges.entry(key(a, b)).or_default().push(t);
+            }
+        }
+    }
+    edges
+}
+
+/// Edges of one triangle, in the order of the triangles.
+fn free_edges(triangles: &[[u32; 3]]) -> impl Iterator<Item = FlatEdge> + '_ {
+    let uses = edges(triangles);
+    (0..).zip(triangles).flat_map(move |(triangle, corners)| {
+        let sides = [0, 1, 2].map(|i| [corners[i], corners[(i + 1) % 3]]);
+        let free = sides.map(|[a, b]| uses.get(&key(a, b)).is_some_and(|u| u.len() == 1));
+        (0..3).filter(move |&i| free[i]).map(move |i| FlatEdge {
+            ends: sides[i],
+            triangle,
+        })
+    })
+}

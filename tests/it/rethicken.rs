@@ -1,0 +1,331 @@
+//! Mid-surfaces back to solids, through the library and the command.
+
+use glam::DVec3;
+use midsurf::extract::{Cell, Settings as ExtractSettings, extract};
+use midsurf::io::write::{SurfaceFormat, SurfaceOptions, write_surface};
+use midsurf::io::{RadiusSource, read_mesh, read_surface};
+use midsurf::mesh::{EdgeUses, Part, PartOptions, TriMesh, self_intersections};
+use midsurf::rethicken::{BallSurface, Settings, rethicken};
+use midsurf::roundtrip::{self, Comparison};
+use serde_json::Value;
+
+use crate::common::{Desk, fixture, fixture_part, obj_text, small_box, text};
+
+fn part(name: &str) -> Part {
+    let (mesh, flags) = fixture_part(name);
+    Part::new(mesh, flags, PartOptions::default()).unwrap().0
+}
+
+/// Round trip of a fixture; cells over the thickness.
+fn roundtrip(name: &str, cell: f64, solid_cell: f64) -> Comparison {
+    let settings = roundtrip::Settings {
+        extract: ExtractSettings {
+            cell: Cell::Thicknesses(cell),
+            ..ExtractSettings::default()
+        },
+        solid_cell: Some(solid_cell),
+        memory_limit: 1 << 30,
+    };
+    let result = roundtrip::roundtrip(&part(name), &settings, &|_, _, _| ()).unwrap();
+    let c = result.comparison;
+    assert_eq!(c.self_intersections, 0, "{name}");
+    assert!(c.closed, "{name}");
+    c
+}
+
+/// Bounds on a round trip, distances over the thickness.
+struct Bars {
+    volume: f64,
+    mean: f64,
+    hausdorff: f64,
+}
+
+fn check(name: &str, c: &Comparison, bars: &Bars) {
+    let t = c.thickness;
+    assert!((c.volume_ratio - 1.0).abs() <= bars.volume, "{name}: {c:?}");
+    assert!(c.away.mean <= bars.mean * t, "{name}: {c:?}");
+    assert!(c.away.hausdorff <= bars.hausdorff * t, "{name}: {c:?}");
+}
+
+#[test]
+fn plates_come_back() {
+    for name in ["plate", "plate_tapered"] {
+        let c = roundtrip(name, 2.0, 1.7);
+        check(
+            name,
+            &c,
+            &Bars {
+                volume: 1e-5,
+                mean: 1e-5,
+                hausdorff: 1e-3,
+            },
+        );
+        assert_eq!(c.pruned_area, 0.0);
+        assert!(c.iou > 0.9999, "{name}: {c:?}");
+    }
+}
+
+#[test]
+fn junctions_and_bends_come_back() {
+    for name in ["tee", "tee_thin_web", "ell_bend", "plate_round_edge"] {
+        let c = roundtrip(name, 0.5, 0.9);
+        check(
+            name,
+            &c,
+            &Bars {
+                volume: 0.01,
+                mean: 0.01,
+                hausdorff: 0.1,
+            },
+        );
+    }
+}
+
+#[test]
+fn a_pruned_corner_is_told_apart() {
+    let c = roundtrip("ell", 0.5, 0.9);
+    check(
+        "ell",
+        &c,
+        &Bars {
+            volume: 0.01,
+            mean: 0.01,
+            hausdorff: 0.1,
+        },
+    );
+    // The ball at the end of the fin: (sqrt 2 - 1) r, r = 0.586 t.
+    assert!(
+        (c.all.hausdorff / c.thickness - 0.2426).abs() < 0.01,
+        "{c:?}"
+    );
+    assert!(c.pruned_area > 0.01 && c.pruned_area < 0.03, "{c:?}");
+}
+
+#[test]
+fn the_solid_does_not_depend_on_threads_or_files() {
+    let result = extract(&part("tee"), &ExtractSettings::default(), &|_, _, _| ()).unwrap();
+    let surface = BallSurface::of(&result.surface).unwrap();
+    let settings = Settings {
+        cell: 1.1,
+        ..Settings::new(&surface)
+    };
+    let solid = || rethicken(&surface, &settings, &|_, _, _| ()).unwrap().mesh;
+    let first = solid();
+    assert!(EdgeUses::new(&first).census().is_closed());
+    assert!(self_intersections(&first).is_empty());
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    assert_eq!(pool.install(solid), first);
+
+    let desk = Desk::new();
+    let mut bytes = Vec::new();
+    write_surface(
+        &result.surface,
+        SurfaceFormat::Ply,
+        SurfaceOptions::default(),
+        &mut bytes,
+    )
+    .unwrap();
+    let loaded = read_surface(&desk.put("mid.ply", bytes), None, false).unwrap();
+    assert!(loaded.kinds && matches!(loaded.radius, RadiusSource::Radius(_)));
+    assert_eq!(
+        rethicken(&loaded.surface, &settings, &|_, _, _| ())
+            .unwrap()
+            .mesh,
+        first
+    );
+}
+
+/// Runs the command; its report and stderr.
+fn report(desk: &Desk, args: &[&str]) -> (Value, String) {
+    let output = desk.run(args);
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{args:?}: {stderr}");
+    (serde_json::from_slice(&output.stdout).unwrap(), stderr)
+}
+
+fn extracted(desk: &Desk, name: &str, output: &str) {
+    let (obj, tags) = (
+        fixture(&format!("{name}.obj")),
+        fixture(&format!("{name}.coping.txt")),
+    );
+    let args = [obj.to_str().unwrap(), "--coping", tags.to_str().unwrap()];
+    let run = desk.run(
+        &[
+            &["extract"],
+            &args[..],
+            &["--cell", "1t", "-q", "-o", output],
+        ]
+        .concat(),
+    );
+    assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
+}
+
+#[test]
+fn files_in_files_out() {
+    let desk = Desk::new();
+    extracted(&desk, "plate", "mid.ply");
+    extracted(&desk, "plate", "mid.obj");
+    for (mid, solid, warned) in [("mid.ply", "a.obj", false), ("mid.obj", "b.stl", true)] {
+        let args = [
+            "rethicken",
+            mid,
+            "--cell",
+            "1.3",
+            "-o",
+            solid,
+            "--json",
+            "-",
+        ];
+        let (report, stderr) = report(&desk, &args);
+        let volume = report["result"]["volume"].as_f64().unwrap();
+        assert!((volume - 4800.0).abs() < 0.01, "{volume}");
+        assert_eq!(stderr.contains("coping from fading"), warned, "{stderr}");
+        let mesh = read_mesh(desk.path(solid)).unwrap().mesh;
+        assert!((mesh.volume() - 4800.0).abs() < 0.01);
+    }
+    // Round borders add a ring of radius 1.
+    let args = [
+        "rethicken",
+        "mid.obj",
+        "--cell",
+        "1",
+        "--round-borders",
+        "--json",
+        "-",
+        "-q",
+    ];
+    let volume = report(&desk, &args).0["result"]["volume"].as_f64().unwrap();
+    let round = 100.0 * std::f64::consts::PI + 4.0 / 3.0 * std::f64::consts::PI;
+    assert!((volume - 4800.0 - round).abs() < 0.05 * round, "{volume}");
+}
+
+#[test]
+fn a_round_trip_writes_what_it_saw() {
+    let desk = Desk::new();
+    let (obj, tags) = (fixture("ell.obj"), fixture("ell.coping.txt"));
+    let args = [
+        "roundtrip",
+        obj.to_str().unwrap(),
+        "--coping",
+        tags.to_str().unwrap(),
+        "--cell",
+        "1t",
+        "--solid-cell",
+        "1",
+        "-o",
+        "deviation.ply",
+        "--solid",
+        "solid.stl",
+        "--json",
+        "-",
+    ];
+    let (report, stderr) = report(&desk, &args);
+    let comparison = &report["comparison"];
+    assert!((comparison["volume_ratio"].as_f64().unwrap() - 1.0).abs() < 0.01);
+    assert_eq!(comparison["self_intersections"], 0);
+    assert!(stderr.contains("away from pruned corners"), "{stderr}");
+    let painted = read_mesh(desk.path("deviation.ply")).unwrap().mesh;
+    let solid = read_mesh(desk.path("solid.stl")).unwrap().mesh;
+    let whole = read_mesh(&obj).unwrap().mesh;
+    assert!((painted.area() / whole.area() - 1.0).abs() < 1e-12);
+    assert!((solid.volume() / whole.volume() - 1.0).abs() < 0.01);
+}
+
+/// The command must end with code 2 and say all of `words`.
+fn refuses(desk: &Desk, args: &[&str], words: &[&str]) {
+    let before = desk.files();
+    let output = desk.run(&[&["rethicken"], args, &["-o", "solid.stl"]].concat());
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {stderr}");
+    for word in words {
+        assert!(stderr.contains(word), "{args:?}: no {word:?} in\n{stderr}");
+    }
+    assert_eq!(desk.files(), before);
+}
+
+#[test]
+fn bad_thickness_is_refused() {
+    let desk = Desk::new();
+    let mesh = TriMesh {
+        positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+        triangles: vec![[0, 1, 2]],
+    };
+    desk.put("mid.obj", obj_text(&mesh));
+    refuses(&desk, &["mid.obj"], &["no thickness", "mid.thickness.csv"]);
+    for (table, words) in [
+        ("", ["empty", "line 1"]),
+        ("a,b\n0,1\n", ["vertex_index", "line 1"]),
+        ("vertex_index,width\n0,1\n", ["`thickness`", "line 1"]),
+        (
+            "vertex_index,thickness\n0,1\n1,1\n",
+            ["vertex 2 is missing", "line 3"],
+        ),
+        (
+            "vertex_index,thickness\n0,1\n1,1\n7,1\n",
+            ["vertex 7 does not exist", "line 4"],
+        ),
+        (
+            "vertex_index,thickness\n0,1\n0,1\n2,1\n",
+            ["twice", "line 3"],
+        ),
+        (
+            "vertex_index,thickness\n0,1\n1,x\n2,1\n",
+            ["not a number", "line 3"],
+        ),
+        (
+            "vertex_index,radius\n0,1\n1,-2\n2,1\n",
+            ["radius -2 of vertex 1", "1 such"],
+        ),
+        (
+            "vertex_index,radius\n0,1\n1,NaN\n2,inf\n",
+            ["radius NaN of vertex 1", "2 such"],
+        ),
+        (
+            "vertex_index,radius\n0,0\n1,0\n2,0\n",
+            ["zero everywhere", "mid.thickness.csv"],
+        ),
+    ] {
+        desk.put("mid.thickness.csv", table);
+        refuses(&desk, &["mid.obj"], &words);
+    }
+    desk.put(
+        "mid.thickness.csv",
+        "vertex_index,thickness\n0,1\n1,1\n2,1\n",
+    );
+    refuses(&desk, &["mid.obj", "--cell", "1e-9"], &["smallest cell"]);
+    refuses(
+        &desk,
+        &["mid.obj", "--cell", "0.001", "--memory-limit", "1M"],
+        &["smallest cell"],
+    );
+    refuses(
+        &desk,
+        &["mid.obj", "--thickness", "none.csv"],
+        &["none.csv", "cannot be read"],
+    );
+    // A solid is no mid-surface: it has no thickness.
+    desk.put("box.obj", obj_text(&small_box()));
+    refuses(&desk, &["box.obj"], &["no thickness"]);
+    refuses(&desk, &["none.ply"], &["none.ply"]);
+}
+
+#[test]
+fn a_ply_with_a_bad_radius_is_refused() {
+    let desk = Desk::new();
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\n\
+         property double z\nproperty double radius\nelement face 1\n\
+         property list uchar int vertex_indices\nend_header\n";
+    desk.put(
+        "mid.ply",
+        format!("{header}0 0 0 1\n1 0 0 -1\n0 1 0 1\n3 0 1 2\n"),
+    );
+    refuses(&desk, &["mid.ply"], &["radius -1 of vertex 1"]);
+    desk.put(
+        "mid.ply",
+        format!("{header}0 0 0 1\n1 0 0 nan\n0 1 0 1\n3 0 1 2\n"),
+    );
+    refuses(&desk, &["mid.ply"], &["not a finite number"]);
+}
