@@ -6,10 +6,9 @@
 //! a coiled strip for the pig's tail, a bumpy sheet for the face, and bumpy
 //! spheres with an opening for the rest. Times depend on how much area a box of
 //! 128 or 256 cells holds, so only the order of magnitude compares. The paper ran
-//! on four cores; threads here are as RAYON_NUM_THREADS says. Faces here take
-//! in the check for self-intersections, shape is the moving of vertices to sharp
-//! edges, with that check again. Where the cell is not below
-//! half the thickness (Remark 1), there is no figure.
+//! on four cores; threads here are as RAYON_NUM_THREADS says. Contour and
+//! join stand for the paper's faces, join with the search for
+//! self-intersections; sharp, with that search again, stands for its shape.
 
 use std::f64::consts::{PI, TAU};
 use std::time::Instant;
@@ -73,7 +72,7 @@ fn main() {
         return;
     }
     println!(
-        "{:10} {:>9} {:>9} {:>5} | {:>8} {:>8} {:>8} | {:>23} | {:>9} {:>9} {:>5}",
+        "{:10} {:>9} {:>9} {:>5} | {:>8} {:>8} {:>8} {:>8} | {:>23} | {:>9} {:>9} {:>5}",
         "surface",
         "triangles",
         "thickness",
@@ -81,6 +80,7 @@ fn main() {
         "grid",
         "contour",
         "join",
+        "sharp",
         "paper: grid faces shape",
         "result",
         "shell off",
@@ -107,10 +107,11 @@ fn main() {
             let start = Instant::now();
             match thicken(&patch, &settings, &|_, _, _| ()) {
                 Ok(r) => println!(
-                    "{:>8.3} {:>8.3} {:>8.3} | {:>7} {:>7} {:>7} | {:>9} {:>8.4}% {:>5}  ({:.2} s in all)",
+                    "{:>8.3} {:>8.3} {:>8.3} {:>8.3} | {:>7} {:>7} {:>7} | {:>9} {:>8.4}% {:>5}  ({:.2} s in all)",
                     r.work.band_seconds,
                     r.work.contour_seconds,
                     r.join_seconds,
+                    r.sharpen_seconds,
                     paper[0],
                     paper[1],
                     paper[2],
