@@ -13,7 +13,7 @@
 //! * `slab`: the closed form of one slab.
 //! * `tree`: the nearest of many.
 //! * `ends`: planes at coping borders.
-//! * `solid`: the function, which [`dual_contour`](crate::dual_contour) meshes.
+//! * `solid`: the function, which [`dual_contour`] meshes.
 //!
 //! # What is promised
 //!

@@ -2,7 +2,7 @@
 //! commands.
 
 use glam::DVec3;
-use midsurf::dual_contour::Precision;
+use midsurf::dual_contour::{GridError, Precision};
 use midsurf::mesh::{Part, PartOptions, TriMesh, self_intersections};
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, hollowed, offset};
 use serde_json::Value;
@@ -309,7 +309,9 @@ fn nonsense_is_refused() {
         }),
         OffsetError::BadTolerance(_)
     ));
-    let OffsetError::TooFine { smallest, .. } = fails(Settings { cell: 1e-5, ..good }) else {
+    let OffsetError::Grid(GridError::TooFine { smallest, .. }) =
+        fails(Settings { cell: 1e-5, ..good })
+    else {
         panic!("no bound on memory");
     };
     assert!(smallest > 1e-5 && smallest < 0.1);
@@ -319,7 +321,10 @@ fn nonsense_is_refused() {
         ..good
     };
     let error = fails(boundless);
-    assert!(matches!(error, OffsetError::NoGrid { .. }), "{error}");
+    assert!(
+        matches!(error, OffsetError::Grid(GridError::NoGrid { .. })),
+        "{error}"
+    );
 
     let mut open = mesh.clone();
     open.triangles.pop();
