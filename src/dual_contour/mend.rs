@@ -22,7 +22,7 @@ use crate::mesh::clash;
 
 /// An edge over a crease strays by more than this fraction of a cell, or is
 /// left as it is.
-const LEAST: f64 = 0.01;
+const LEAST: f64 = 0.003;
 
 /// Normals at the ends of an edge over a crease differ by more than this (18
 /// degrees), unless an end is on a crease itself.
@@ -240,7 +240,8 @@ impl<I: Implicit> Work<'_, I> {
     fn vertex(&mut self, [a, b]: [DVec3; 2]) -> Option<Vertex> {
         let middle = 0.5 * (a + b);
         let mut finder = finder(self.solid, self.grid, middle);
-        let samples = [0.25, 0.5, 0.75].map(|t| finder.sample(a.lerp(b, t), 0));
+        // A crease near an end has all but that end on one side.
+        let samples = [0.01, 0.5, 0.99].map(|t| finder.sample(a.lerp(b, t), 0));
         let worst = samples
             .iter()
             .fold(0.0, |worst: f64, (s, _)| worst.max(s.value.abs()));

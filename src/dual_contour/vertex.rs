@@ -115,12 +115,11 @@ impl<I: Implicit> Finder<'_, I> {
         let cell = self.cell;
         let fits = |p: DVec3| cell.contains(p) && allowed(p);
         let mass = qef::mass_point(self.crossings);
-        let crease = if self.spread() < SPREAD {
-            self.crease(mass, &fits)
-        } else {
-            None
-        };
-        let found = crease.unwrap_or_else(|| self.smooth(mass, &fits));
+        let bent = self.spread() < SPREAD;
+        let crease = bent.then(|| self.crease(mass, &fits)).flatten();
+        let found = crease
+            .or_else(|| bent.then(|| self.near_miss(mass, &fits)).flatten())
+            .unwrap_or_else(|| self.smooth(mass, &fits));
         Vertex {
             position: self.grid.settle(found.position, &cell),
             sharp: crease.is_some(),
@@ -220,24 +219,20 @@ impl<I: Implicit> Finder<'_, I> {
         corner.filter(|found| fits(found.position)).or_else(|| {
             let sharp = self.on_line([a, b], start, mass, fits);
             let third = third.into_iter().flat_map(|c| [[b, c], [a, c]]);
-            let other = sharp.or_else(|| {
+            sharp.or_else(|| {
                 third
                     .chain(self.other_pairs([a, b]))
                     .find_map(|pair| self.on_line(pair, start, mass, fits))
-            });
-            other.or_else(|| self.near_miss([a, b], start, fits))
+            })
         })
     }
 
     /// Where a crease just misses the cell, the nearest place of the surface
     /// that fits: the cell's edges do not see how thin the solid gets there,
     /// and the mass point would leave a notch.
-    fn near_miss(
-        &mut self,
-        mut pair: [u32; 2],
-        start: DVec3,
-        fits: &impl Fn(DVec3) -> bool,
-    ) -> Option<Candidate> {
+    fn near_miss(&mut self, mass: DVec3, fits: &impl Fn(DVec3) -> bool) -> Option<Candidate> {
+        let start = qef::minimise(self.crossings, mass);
+        let (mut pair, _) = self.sides();
         let missed = self.meet(&mut pair, start)?.position;
         if self.cell.clamp(missed, 0.0).distance(missed) > NEAR_MISS * self.grid.cell() {
             return None;
@@ -256,7 +251,7 @@ impl<I: Implicit> Finder<'_, I> {
                 }
             }
         }
-        best
+        best.filter(|b| b.value.abs() <= 1e3 * self.zero())
     }
 
     /// Pairs of elements whose normals differ, but for one pair, the most
