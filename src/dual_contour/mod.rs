@@ -153,7 +153,8 @@ pub fn contour(
     let asked = filters.distances + crossings.queries + cells.queries + faces.queries;
     let counts = [in_cells, on_faces, on_edges.len()];
     drop(edges);
-    let mut vertices = Vec::with_capacity(counts.iter().sum());
+    let total: usize = counts.iter().sum();
+    let mut vertices = Vec::with_capacity(total + total / 64);
     vertices.extend(cells.vertices());
     drop(cells);
     vertices.extend(faces.vertices());

@@ -88,11 +88,14 @@ pub(super) fn triangulate(
                     work.ring(axis, at);
                 }
             }
+            work.piece.triangles.shrink_to_fit();
+            work.piece.own.shrink_to_fit();
             work.piece
         })
         .collect();
-    let total = pieces.iter().map(|p| p.triangles.len()).sum();
-    let mut triangles = Vec::with_capacity(total);
+    // With room for a few more, so that mending need not copy the list.
+    let total: usize = pieces.iter().map(|p| p.triangles.len()).sum();
+    let mut triangles = Vec::with_capacity(total + total / 64);
     let mut own = Vec::with_capacity(pieces.iter().map(|p| p.own.len()).sum());
     let mut counts = RingCounts::default();
     for piece in pieces {
