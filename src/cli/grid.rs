@@ -178,7 +178,16 @@ pub(super) fn run(
     if args.verbose {
         figures.print();
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(if figures.work.rings.lost == 0 {
+        ExitCode::SUCCESS
+    } else {
+        // Only an inside that is told wrongly could bring that about.
+        say(format_args!(
+            "warning: the result has holes at {} grid edges",
+            figures.work.rings.lost
+        ));
+        ExitCode::from(1)
+    })
 }
 
 impl GridArgs {

@@ -177,7 +177,11 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             figure(mesh.area())
         ));
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(if result.work.rings.lost == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
 }
 
 impl Args {
@@ -216,16 +220,26 @@ fn warnings(args: &Args, loaded: &LoadedSurface, lost: &[RethickenWarning]) -> V
         warnings.push(warning("unknown_borders", message));
     }
     for lost in lost {
-        warnings.push(match lost {
-            RethickenWarning::CoarseCell => warning("coarse_cell", COARSE_CELL),
-        });
+        let (code, message) = explain(*lost);
+        warnings.push(warning(code, &message));
     }
     warnings
 }
 
-/// What [`RethickenWarning::CoarseCell`] means.
-pub(super) const COARSE_CELL: &str =
-    "the cell is larger than half the least thickness: thin places may be missed";
+/// Code and meaning of a warning.
+pub(super) fn explain(warning: RethickenWarning) -> (&'static str, String) {
+    match warning {
+        RethickenWarning::CoarseCell => (
+            "coarse_cell",
+            "the cell is larger than half the least thickness: thin places may be missed"
+                .to_owned(),
+        ),
+        RethickenWarning::Torn { places } => (
+            "torn",
+            format!("the solid has holes: at {places} grid edges its function contradicts itself"),
+        ),
+    }
+}
 
 /// Why there is no solid, in words and with a remedy.
 pub(super) fn failure(error: &RethickenError, file: &Path) -> Failure {

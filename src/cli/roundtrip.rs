@@ -7,7 +7,6 @@ use std::time::Instant;
 use midsurf::extract::{self, DEFAULT_ANGLE};
 use midsurf::io::write::{SolidFormat, stage_deviation, stage_solid};
 use midsurf::mesh::PartOptions;
-use midsurf::rethicken::RethickenWarning;
 use midsurf::roundtrip::{
     Comparison, RoundTrip, RoundTripError, Settings, deviation_map, roundtrip,
 };
@@ -21,7 +20,7 @@ use super::input::{Input, Warning, print_warnings};
 use super::memory::{Bytes, peak};
 use super::outputs;
 use super::progress::Progress;
-use super::rethicken::{self, COARSE_CELL};
+use super::rethicken::{self, explain};
 use super::say;
 
 /// Version of the JSON report's layout; raised when a reader must change.
@@ -139,11 +138,12 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         RoundTripError::Rethicken(error) => rethicken::failure(error, &args.part),
     })?;
     let mut warnings = std::mem::take(&mut input.warnings);
-    warnings.extend(result.solid.warnings.iter().map(|warning| match warning {
-        RethickenWarning::CoarseCell => Warning {
-            code: "coarse_cell".to_owned(),
-            message: COARSE_CELL.to_owned(),
-        },
+    warnings.extend(result.solid.warnings.iter().map(|warning| {
+        let (code, message) = explain(*warning);
+        Warning {
+            code: code.to_owned(),
+            message,
+        }
     }));
 
     progress.show("writing", 0, 0);
@@ -203,7 +203,8 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         print_warnings(&warnings);
         summary(&result);
     }
-    Ok(if result.extraction.cracks.is_empty() {
+    let torn = result.solid.work.rings.lost > 0;
+    Ok(if result.extraction.cracks.is_empty() && !torn {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)

@@ -1,6 +1,6 @@
 //! Cells that the surface passes through, and their vertices.
 
-use glam::{DVec3, IVec3};
+use glam::{DVec3, IVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
@@ -39,9 +39,11 @@ pub(super) struct CellRef<'a> {
 
 impl<'a> CellRef<'a> {
     /// The vertex of the loop that this crossed edge is in, and its number.
-    pub fn vertex(&self, edge: usize) -> (u32, &'a Vertex) {
+    /// None if the corners do not tell that the edge is crossed: the function
+    /// contradicts itself around this cell.
+    pub fn vertex(&self, edge: usize) -> Option<(u32, &'a Vertex)> {
         let i = usize::from(self.pattern.loop_of[edge]);
-        (self.first + i as u32, &self.vertices[i])
+        Some((self.first + i as u32, self.vertices.get(i)?))
     }
 }
 
@@ -176,12 +178,16 @@ fn joined(
             for edge in face_edges(face) {
                 if let (Some(block), at) = owner(near, key, cell, edge) {
                     let which = trace_of(corners, choice, face, edge);
-                    traces[which].push(block.hermite(solid, grid, edge / 4, at));
+                    traces[which].extend(block.hermite(solid, grid, edge / 4, at));
                 }
             }
-            let strays = traces.map(|trace| {
-                let middle = qef::mass_point(&trace);
-                solid.sample(middle, trace[0].element).value.abs()
+            let strays = traces.map(|trace| match trace.first() {
+                Some(first) => {
+                    let middle = qef::mass_point(&trace);
+                    solid.sample(middle, first.element).value.abs()
+                }
+                // Not all four edges are crossed after all.
+                None => f64::INFINITY,
             });
             strays[0].max(strays[1])
         });
@@ -213,7 +219,7 @@ pub(super) fn loops(
         if l != u8::MAX
             && let (Some(block), at) = owner(near, key, cell, edge)
         {
-            loops[usize::from(l)].push(block.hermite(solid, grid, edge / 4, at));
+            loops[usize::from(l)].extend(block.hermite(solid, grid, edge / 4, at));
         }
     }
     loops
@@ -301,6 +307,15 @@ fn place_block(
         out.first.push(out.vertices.len() as u32);
         let loops = loops(solid, grid, &near, key, cell, pattern);
         for (i, crossings) in loops.iter().enumerate() {
+            if crossings.is_empty() {
+                // The function contradicts itself; no ring will use this.
+                out.vertices.push(Vertex {
+                    position: grid.cell_box(cell).centre(),
+                    normal: Vec3::Z,
+                    sharp: false,
+                });
+                continue;
+            }
             let mut finder = Finder {
                 solid,
                 grid,

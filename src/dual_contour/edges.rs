@@ -111,28 +111,32 @@ impl EdgeBlock {
         node_of(self.key, local)
     }
 
-    /// Coordinate of the crossing along its axis, and its element.
+    /// Coordinate of the crossing along its axis, and its element, for a crossed
+    /// edge.
     pub fn crossing(&self, axis: usize, local: usize) -> (f64, u32) {
         self.crossings[self.start[axis] as usize + self.crossed[axis].rank(local)]
     }
 
-    /// Hermite data of the crossed edge upwards from a node.
+    /// Hermite data of the edge upwards from a node, if it is crossed.
     pub fn hermite(
         &self,
         solid: &impl Implicit,
         grid: &Grid,
         axis: usize,
         local: usize,
-    ) -> Hermite {
+    ) -> Option<Hermite> {
+        if !self.crossed[axis].get(local) {
+            return None;
+        }
         let (along, element) = self.crossing(axis, local);
         let mut point = grid.node(self.node(local));
         point[axis] = along;
         let (_, normal) = solid.element(point, element);
-        Hermite {
+        Some(Hermite {
             point,
             normal,
             element,
-        }
+        })
     }
 }
 

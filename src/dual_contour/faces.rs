@@ -219,8 +219,8 @@ impl<I: Implicit> Work<'_, I> {
             }
             Some(found)
         } else {
-            let (_, a) = cell.vertex(edge);
-            let (_, b) = other.vertex(face_edges(face + 1)[i]);
+            let (_, a) = cell.vertex(edge)?;
+            let (_, b) = other.vertex(face_edges(face + 1)[i])?;
             (stray(a, b) > ASKED_FROM * self.tolerance)
                 .then(|| self.split(&mut finder, axis, [a.position, b.position]))
                 .flatten()
@@ -278,6 +278,6 @@ impl<I: Implicit> Work<'_, I> {
 
     fn hermite(&self, cell: IVec3, edge: usize) -> Option<Hermite> {
         let (block, at) = owner(&self.edges, self.block.key, cell, edge);
-        Some(block?.hermite(self.solid, self.grid, edge / 4, at))
+        block?.hermite(self.solid, self.grid, edge / 4, at)
     }
 }

@@ -34,6 +34,9 @@ pub struct RingCounts {
     pub concave: u64,
     /// With a vertex on the edge because the better diagonal strays.
     pub refined: u64,
+    /// Left out because the function contradicts itself there: it changed by
+    /// more than the way between two nodes. The mesh has a hole.
+    pub lost: u64,
     /// Closest-point queries.
     pub queries: u64,
 }
@@ -43,6 +46,7 @@ impl RingCounts {
         self.rings += other.rings;
         self.concave += other.concave;
         self.refined += other.refined;
+        self.lost += other.lost;
         self.queries += other.queries;
         self
     }
@@ -134,12 +138,20 @@ impl<'a, I: Implicit> Work<'a, I> {
         let node = node_of(self.block.key, at);
         let places = around(node, axis);
         let numbers = numbers_around(axis);
-        // All four cells of a crossed edge are active.
+        // All four cells of a crossed edge are active, and know it as crossed
+        // unless the function contradicts itself.
         let [Some(p), Some(q), Some(r), Some(s)] = places.map(|c| self.cell(c)) else {
+            self.piece.counts.lost += 1;
             return;
         };
         let cells = [p, q, r, s];
-        let corners: [(u32, &Vertex); 4] = std::array::from_fn(|i| cells[i].vertex(numbers[i]));
+        let found: [Option<(u32, &Vertex)>; 4] =
+            std::array::from_fn(|i| cells[i].vertex(numbers[i]));
+        let [Some(a), Some(b), Some(c), Some(d)] = found else {
+            self.piece.counts.lost += 1;
+            return;
+        };
+        let corners = [a, b, c, d];
         // The face between a cell of the ring and the next is the lower face
         // of one of the two.
         let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -215,7 +227,9 @@ impl<'a, I: Implicit> Work<'a, I> {
 
     /// Triangles from the crossing to each side of the ring.
     fn fan(&mut self, ring: &[u32], axis: usize, at: usize, up: bool) {
-        let crossing = self.block.hermite(self.solid, self.grid, axis, at);
+        let Some(crossing) = self.block.hermite(self.solid, self.grid, axis, at) else {
+            return;
+        };
         let centre = OWN | self.piece.own.len() as u32;
         self.piece.own.push(Vertex {
             position: crossing.point,

@@ -182,3 +182,56 @@ fn nothing_inside_gives_no_triangles() {
     let mesh = contoured(&Nodes::new(5, |_| 0.3), 1e-3);
     assert!(mesh.triangles.is_empty() && mesh.positions.is_empty());
 }
+
+/// A function that changes at random between nodes, by far more than the way.
+struct Liar(Grid);
+
+impl Implicit for Liar {
+    fn sample(&self, p: DVec3, _: u32) -> Sample {
+        let value = 4.0 * noise(7, (p * 1e4).as_ivec3()) - 1.0;
+        Sample {
+            value,
+            gradient: DVec3::X,
+            unsigned: value.abs(),
+            element: 0,
+        }
+    }
+
+    fn element(&self, p: DVec3, _: u32) -> (f64, DVec3) {
+        (self.sample(p, 0).value, DVec3::X)
+    }
+
+    fn crossing(&self, _: [DVec3; 2], _: [Sample; 2]) -> Crossing {
+        Crossing {
+            t: 0.5,
+            element: 0,
+            splits: 0,
+            queries: 0,
+        }
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::of([DVec3::ZERO, DVec3::splat(12.0)])
+    }
+}
+
+#[test]
+fn contradictions_are_counted_and_harm_nothing_else() {
+    let bounds = Bounds::of([DVec3::ZERO, DVec3::splat(12.0)]);
+    let liar = Liar(Grid::around(&bounds, 1.0, Precision::Double).unwrap());
+    let settings = Settings {
+        tolerance: 1e-3,
+        filters: Filters::default(),
+    };
+    let result = contour(&liar, &liar.0, &settings, &|_, _, _| {});
+    assert!(result.work.rings.lost > 0);
+    let vertices = result.mesh.positions.len() as u32;
+    assert!(
+        result
+            .mesh
+            .triangles
+            .as_flattened()
+            .iter()
+            .all(|&v| v < vertices)
+    );
+}
