@@ -149,7 +149,8 @@ impl Field {
             slots[triangle.face.index()] = slot as u32;
         }
         let sign = Sign::new(
-            &triangles[..in_trees],
+            &triangles,
+            in_trees,
             &indices,
             [&wall_tree, &coping_tree],
             frame,
@@ -217,13 +218,10 @@ impl Field {
             best.offer(&self.triangles, slot, p);
         }
         let best = self.search(&self.wall_tree, p, best);
-        let inside = match (&self.sign, best.found) {
-            (Sign::Pseudonormals(normals), Some((slot, closest))) => {
-                normals.inside(&self.triangles, slot, &closest)
-            }
-            (Sign::Winding(_), Some(_)) => best.distance >= sided_from && self.inside(p),
-            (_, None) => false,
-        };
+        let inside = best.found.is_some_and(|(slot, closest)| {
+            let behind = self.sign.behind(&self.triangles, slot, &closest);
+            behind.unwrap_or_else(|| best.distance >= sided_from && self.is_wound_round(p))
+        });
         (self.finish_wall(p, best), inside)
     }
 
@@ -241,12 +239,12 @@ impl Field {
     pub fn sharing(&self, p: DVec3, face: FaceId, out: &mut Vec<FaceId>) {
         out.clear();
         out.push(face);
-        let (Sign::Pseudonormals(normals), Some(slot)) = (&self.sign, self.wall_slot(face)) else {
+        let (Some(normals), Some(slot)) = (self.sign.normals(), self.wall_slot(face)) else {
             return;
         };
         let feature = self.triangles[slot].closest(p).feature;
         normals.around(slot, feature, |other| {
-            if other != slot {
+            if other != slot && !self.triangles[other].is_degenerate() {
                 out.push(self.triangles[other].face);
             }
         });
@@ -317,14 +315,22 @@ impl Field {
     /// (normals inward) gets inverted answers; an open part gets those of the
     /// generalised winding number, which closes its openings smoothly.
     pub fn inside(&self, p: DVec3) -> bool {
+        // Outside the box of a closed part there is only outside; an inverted
+        // part is not to be told apart here and says "outside" too.
+        self.in_box(p)
+            && match self.sign.normals() {
+                Some(_) => self.signed_clearance(p) > 0.0,
+                None => self.sign.wound_round(self, p),
+            }
+    }
+
+    fn in_box(&self, p: DVec3) -> bool {
         let (low, high) = self.bounds;
-        let in_box = p.cmpge(low).all() && p.cmple(high).all();
-        match &self.sign {
-            // Outside the box of a closed part there is only outside; an
-            // inverted part is not to be told apart here and says "outside" too.
-            Sign::Pseudonormals(_) => in_box && self.signed_clearance(p) > 0.0,
-            Sign::Winding(winding) => in_box && winding.inside(self, p),
-        }
+        p.cmpge(low).all() && p.cmple(high).all()
+    }
+
+    fn is_wound_round(&self, p: DVec3) -> bool {
+        self.in_box(p) && self.sign.wound_round(self, p)
     }
 
     /// Distance to the nearest triangle of any kind: positive inside,
@@ -335,11 +341,8 @@ impl Field {
         let Some((slot, closest)) = best.found else {
             return -best.distance;
         };
-        let inside = match &self.sign {
-            Sign::Pseudonormals(normals) => normals.inside(&self.triangles, slot, &closest),
-            Sign::Winding(_) => self.inside(p),
-        };
-        if inside {
+        let behind = self.sign.behind(&self.triangles, slot, &closest);
+        if behind.unwrap_or_else(|| self.is_wound_round(p)) {
             best.distance
         } else {
             -best.distance
@@ -400,9 +403,10 @@ impl Field {
     }
 
     /// Whether insidedness comes from pseudonormals, that is, whether the
-    /// triangles of positive area form a closed manifold.
+    /// triangles form a closed manifold, with or without those that have no
+    /// area.
     pub fn is_closed_manifold(&self) -> bool {
-        matches!(self.sign, Sign::Pseudonormals(_))
+        self.sign.normals().is_some()
     }
 
     fn triangle(&self, face: FaceId) -> &Triangle {

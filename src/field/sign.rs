@@ -6,12 +6,13 @@
 //! the face, edge or vertex that holds it. That is exact in exact arithmetic,
 //! near edges and vertices too, and costs one nearest-point search.
 //!
-//! Any other set of triangles (open, non-manifold, or with slivers whose
-//! normals mean nothing) gets the generalised winding number (Jacobson, Kavan,
-//! Sorkine-Hornung, 2013) against one half, with the dipole approximation for
-//! far nodes (Barill, Dickson, Schmidt, Levin, Jacobson, 2018). It is right up
-//! to small faults of the mesh, bridges openings smoothly, and counts an
-//! inverted part as outside everywhere.
+//! Any other set of triangles (open or non-manifold) gets the generalised
+//! winding number (Jacobson, Kavan, Sorkine-Hornung, 2013) against one half,
+//! with the dipole approximation for far nodes (Barill, Dickson, Schmidt,
+//! Levin, Jacobson, 2018). It is right up to small faults of the mesh, bridges
+//! openings smoothly, and counts an inverted part as outside everywhere. A
+//! closed manifold with slivers gets it for the few points whose closest point
+//! is on one, because the normals there mean nothing.
 
 use glam::{DMat3, DVec3};
 use smallvec::SmallVec;
@@ -22,40 +23,62 @@ use super::tree::{Child, Frame, Tree, WIDTH};
 use super::triangle::{Closest, Feature, Triangle};
 
 #[derive(Clone, Debug)]
-pub(super) enum Sign {
-    Pseudonormals(Pseudonormals),
-    Winding(Winding),
+pub(super) struct Sign {
+    /// Of a closed manifold.
+    normals: Option<Pseudonormals>,
+    /// Of anything else, and of a manifold with slivers.
+    winding: Option<Winding>,
 }
 
 impl Sign {
-    /// `triangles` are those in the trees, by slot.
+    /// `triangles` are those in the trees, by slot, then those without area.
     pub fn new(
         triangles: &[Triangle],
+        in_trees: usize,
         indices: &[[u32; 3]],
         trees: [&Tree; 2],
         frame: Frame,
     ) -> Sign {
-        // One normal that means nothing would spoil its edges and vertices.
-        let sound = !triangles.iter().any(Triangle::is_thin);
-        match sound.then(|| Topology::new(triangles, indices)).flatten() {
-            Some(topology) => Sign::Pseudonormals(Pseudonormals::new(triangles, topology)),
-            None => Sign::winding(triangles, trees, frame),
-        }
+        let normals = Topology::new(triangles, in_trees, indices)
+            .map(|topology| Pseudonormals::new(triangles, topology));
+        let sound = |normals: &Pseudonormals| !normals.doubtful;
+        let winding = (!normals.as_ref().is_some_and(sound))
+            .then(|| Winding::new(&triangles[..in_trees], trees, frame));
+        Sign { normals, winding }
     }
 
     /// Winding numbers, whatever the triangles are.
     pub fn winding(triangles: &[Triangle], trees: [&Tree; 2], frame: Frame) -> Sign {
-        Sign::Winding(Winding {
-            dipoles: trees.map(|tree| dipoles(tree, triangles, frame)),
-        })
+        Sign {
+            normals: None,
+            winding: Some(Winding::new(triangles, trees, frame)),
+        }
+    }
+
+    /// Of a closed manifold.
+    pub fn normals(&self) -> Option<&Pseudonormals> {
+        self.normals.as_ref()
+    }
+
+    /// Whether a query lies behind its closest point, as far as that tells.
+    pub fn behind(&self, triangles: &[Triangle], slot: usize, closest: &Closest) -> Option<bool> {
+        self.normals.as_ref()?.inside(triangles, slot, closest)
+    }
+
+    /// Whether `p` is inside by its winding number; if there is none, then
+    /// [`Sign::behind`] always tells.
+    pub fn wound_round(&self, field: &Field, p: DVec3) -> bool {
+        (self.winding.as_ref()).is_some_and(|winding| winding.inside(field, p))
     }
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct Pseudonormals {
     topology: Topology,
-    /// By vertex; not of unit length.
+    /// By vertex; not of unit length. Zero at slivers.
     vertex_normals: Vec<DVec3>,
+    /// There are slivers.
+    doubtful: bool,
 }
 
 impl Pseudonormals {
@@ -70,9 +93,17 @@ impl Pseudonormals {
                 vertex_normals[vertices[i] as usize] += normal * angle;
             }
         }
+        let slots = triangles.iter().zip(&topology.vertices);
+        let slivers = slots.filter(|(triangle, _)| triangle.is_sliver());
+        let mut doubtful = false;
+        for &vertex in slivers.flat_map(|(_, vertices)| vertices) {
+            vertex_normals[vertex as usize] = DVec3::ZERO;
+            doubtful = true;
+        }
         Pseudonormals {
             topology,
             vertex_normals,
+            doubtful,
         }
     }
 
@@ -91,19 +122,23 @@ impl Pseudonormals {
         }
     }
 
-    /// Whether the query lies behind its closest point.
-    pub fn inside(&self, triangles: &[Triangle], slot: usize, closest: &Closest) -> bool {
+    /// Whether the query lies behind its closest point. None where a sliver
+    /// holds that.
+    fn inside(&self, triangles: &[Triangle], slot: usize, closest: &Closest) -> Option<bool> {
+        let own = |slot: usize| (!triangles[slot].is_sliver()).then(|| triangles[slot].normal());
         let normal = match closest.feature {
-            Feature::Face => triangles[slot].normal(),
+            Feature::Face => own(slot)?,
             Feature::Edge(edge) => {
                 let side = self.topology.neighbours[slot][usize::from(edge)];
-                triangles[slot].normal() + triangles[side.slot as usize].normal()
+                own(slot)? + own(side.slot as usize)?
             }
             Feature::Corner(corner) => {
-                self.vertex_normals[self.topology.vertices[slot][usize::from(corner)] as usize]
+                let vertex = self.topology.vertices[slot][usize::from(corner)];
+                let normal = self.vertex_normals[vertex as usize];
+                (normal != DVec3::ZERO).then_some(normal)?
             }
         };
-        closest.offset.dot(normal) < 0.0
+        Some(closest.offset.dot(normal) < 0.0)
     }
 }
 
@@ -142,6 +177,12 @@ const DOUBTFUL: f64 = 0.1;
 const VERY_FAR: f64 = 16.0;
 
 impl Winding {
+    fn new(triangles: &[Triangle], trees: [&Tree; 2], frame: Frame) -> Winding {
+        Winding {
+            dipoles: trees.map(|tree| dipoles(tree, triangles, frame)),
+        }
+    }
+
     /// Whether the winding number at `p` is above one half.
     pub fn inside(&self, field: &Field, p: DVec3) -> bool {
         let mut number = self.number(field, p, FAR);
@@ -287,9 +328,8 @@ mod tests {
         for mut shape in [bumpy(4), shell(bumpy(4), 0.97)] {
             shape.drop_last(300);
             let field = shape.field();
-            let Sign::Winding(number) = &field.sign else {
-                panic!("an open surface has no pseudonormals");
-            };
+            assert!(field.sign.normals().is_none(), "an open surface");
+            let number = field.sign.winding.as_ref().unwrap();
             let mut dice = Dice(3);
             for _ in 0..1500 {
                 let p = dice.point(field.bounds());

@@ -23,26 +23,31 @@ pub(super) struct Side {
 }
 
 impl Topology {
-    /// By the caller's vertex numbers if they make a closed manifold, else by
-    /// equal positions, else none.
+    /// Of triangles by slot, those without area from `in_trees` on. By the
+    /// caller's vertex numbers if they make a closed manifold, with or without
+    /// the triangles that have no area, else by equal positions, else none.
     ///
-    /// Both are tried because a reader may leave vertices unwelded, and because
-    /// leaving out a triangle that has shrunk to an edge closes the gap only
-    /// when its two coincident corners count as one.
-    pub fn new(triangles: &[Triangle], indices: &[[u32; 3]]) -> Option<Topology> {
-        if triangles.is_empty() {
+    /// Positions are tried because a reader may leave vertices unwelded, and
+    /// because leaving out a triangle that has shrunk to an edge closes the gap
+    /// only when its two coincident corners count as one.
+    pub fn new(triangles: &[Triangle], in_trees: usize, indices: &[[u32; 3]]) -> Option<Topology> {
+        let given = |triangles: &[Triangle]| {
+            let of = |t: &Triangle| indices.get(t.face.index()).copied();
+            let names: Option<Vec<_>> = triangles.iter().map(of).collect();
+            closed(renumber(names?.into_iter().flatten()))
+        };
+        let sound = &triangles[..in_trees];
+        if sound.is_empty() {
             return None;
         }
-        let given: Option<Vec<_>> = triangles
-            .iter()
-            .map(|t| indices.get(t.face.index()).copied())
-            .collect();
-        given
-            .and_then(|names| closed(renumber(names.iter().flatten().copied())))
-            .or_else(|| {
-                let corners = triangles.iter().flat_map(|t| t.corners);
-                closed(renumber(corners.map(position_key)))
-            })
+        let all = || (in_trees < triangles.len()).then(|| given(triangles));
+        let by_position = || {
+            let corners = sound.iter().flat_map(|t| t.corners);
+            closed(renumber(corners.map(position_key)))
+        };
+        given(sound)
+            .or_else(|| all().flatten())
+            .or_else(by_position)
     }
 
     /// Walks round the vertex at corner `corner` of `slot`, from triangle to

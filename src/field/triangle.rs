@@ -99,9 +99,10 @@ impl Triangle {
         self.flags & FLAG_DEGENERATE != 0
     }
 
-    /// Measured by its edges alone; its normal is not to be trusted.
-    pub fn is_thin(&self) -> bool {
-        self.flags & FLAG_THIN != 0
+    /// Without a normal to trust: without area, or so thin that it is measured
+    /// by its edges alone.
+    pub fn is_sliver(&self) -> bool {
+        self.flags & (FLAG_THIN | FLAG_DEGENERATE) != 0
     }
 
     /// Unit normal, counter-clockwise side; zero when degenerate.
@@ -288,7 +289,7 @@ mod tests {
     fn tiny_and_huge_triangles_keep_their_area() {
         for scale in [1e-100, 1e-30, 1e-3, 1.0, 1e3, 1e30, 1e100] {
             let t = Triangle::new([DVec3::ZERO, DVec3::X * scale, DVec3::Y * scale], FaceId(0));
-            assert!(!t.is_degenerate() && !t.is_thin(), "{scale}");
+            assert!(!t.is_sliver(), "{scale}");
             let got = t.closest(DVec3::new(0.25, 0.25, 1.0) * scale);
             assert_eq!(got.feature, Feature::Face);
             assert!((t.normal() - DVec3::Z).length() < 1e-15);

@@ -237,6 +237,38 @@ fn winding_agrees_with_pseudonormals_on_a_closed_part() {
 }
 
 #[test]
+fn slivers_do_not_spoil_the_side() {
+    // A vertex amid an edge of one triangle; slivers of about no height, to
+    // either side, close the gaps.
+    let mut shape = bumpy(3);
+    for i in (0..shape.triangles.len()).step_by(9) {
+        let [a, b, c] = shape.triangles[i];
+        let m = shape.points.len() as u32;
+        let middle = shape.points[a as usize].midpoint(shape.points[b as usize]);
+        let inward = shape.points[c as usize] - middle;
+        let height = [0.0, 1e-17, -1e-17, 1e-13][(i / 9) % 4];
+        shape.points.push(middle + height * inward);
+        shape.triangles[i] = [a, m, c];
+        shape.push([m, b, c], false);
+        shape.push([m, a, b], i % 2 == 0);
+    }
+    let field = shape.field();
+    assert!(field.is_closed_manifold());
+    let mut dice = Dice(17);
+    for _ in 0..2000 {
+        let p = dice.point(field.bounds());
+        assert_eq!(field.inside(p), winding(&field, p) > 0.5, "{p:?}");
+    }
+    // And where a sliver is nearest.
+    for i in (0..bumpy(3).triangles.len()).step_by(9) {
+        let [a, m, c] = shape.triangles[i].map(|v| shape.points[v as usize]);
+        let out = (m - a).cross(c - a).normalize();
+        assert!(field.inside(m - 1e-3 * out), "{i}");
+        assert!(!field.inside(m + 1e-3 * out), "{i}");
+    }
+}
+
+#[test]
 fn two_cones_tip_to_tip_are_no_manifold() {
     let mut shape = cuboid(1.0, 1.0, 1.0);
     let other = cuboid(-1.0, -1.0, 1.0).map(|p| p - DVec3::Z);
