@@ -10,32 +10,66 @@ use crate::mesh::FaceId;
 /// its centre and where it touches besides. `None` where nothing faces the
 /// point, or the ball's centre lies outside the part.
 pub fn maximal_ball(field: &Field, face: FaceId, point: DVec3) -> Option<(DVec3, Footpoint)> {
-    const STEPS: usize = 60;
-    let inward = -field.normal(face);
-    if inward == DVec3::ZERO {
-        return None;
-    }
-    let (low, high) = field.bounds();
-    let size = (high - low).length();
-    let mut radius = size;
-    let mut touch = None;
-    for _ in 0..STEPS {
-        let centre = point + radius * inward;
-        let foot = field.footpoint_near(centre, face);
-        if foot.distance >= radius * (1.0 - 1e-9) {
-            break;
-        }
-        let way = foot.point - point;
-        let across = inward.dot(way);
-        if across <= 1e-9 * size {
+    let start = Ray {
+        from: point,
+        direction: -field.normal(face),
+        radius: 0.0,
+        growth: 1.0,
+    };
+    start.ball(field, face)
+}
+
+/// Balls along a ray, each touching the walls where the first one does.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Where it starts.
+    pub from: DVec3,
+    /// Of length 1, or zero: no ball then.
+    pub direction: DVec3,
+    /// At `from`.
+    pub radius: f64,
+    /// Of the radius along the ray, at most 1.
+    pub growth: f64,
+}
+
+impl Ray {
+    /// The farthest ball inside the walls: its centre and where it touches
+    /// anew. `hint` is a face near by. `None` if nothing is met, or the centre
+    /// lies outside the part.
+    pub fn ball(&self, field: &Field, hint: FaceId) -> Option<(DVec3, Footpoint)> {
+        const STEPS: usize = 60;
+        if self.direction == DVec3::ZERO {
             return None;
         }
-        touch = Some(foot);
-        radius = way.length_squared() / (2.0 * across);
+        let (low, high) = field.bounds();
+        let size = (high - low).length();
+        let mut way = size;
+        let mut touch = None;
+        for _ in 0..STEPS {
+            let centre = self.from + way * self.direction;
+            let foot = field.footpoint_near(centre, hint);
+            if foot.distance >= (self.radius + self.growth * way) * (1.0 - 1e-9) {
+                break;
+            }
+            way = self.meets(foot.point).filter(|&w| w > 1e-9 * size)?;
+            touch = Some(foot);
+        }
+        let centre = self.from + way * self.direction;
+        let touch = touch?;
+        field.inside(centre).then_some((centre, touch))
     }
-    let centre = point + radius * inward;
-    let touch = touch?;
-    field.inside(centre).then_some((centre, touch))
+
+    /// How far along the ball touches a point: where `|from + way direction -
+    /// point|` is `radius + growth way`.
+    fn meets(&self, point: DVec3) -> Option<f64> {
+        let to = point - self.from;
+        let a = 1.0 - self.growth * self.growth;
+        let b = self.direction.dot(to) + self.growth * self.radius;
+        let c = to.length_squared() - self.radius * self.radius;
+        let root = b * b - a * c;
+        // The lesser root, in the form that stands a zero `a`.
+        (b > 0.0 && root >= 0.0).then(|| c / (b + root.sqrt()))
+    }
 }
 
 /// Points spread over a triangle: its centroid, or for a triangle large

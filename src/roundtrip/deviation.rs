@@ -1,6 +1,7 @@
 //! The part with its distance to the solid at every point, to look at.
 
-use glam::DVec3;
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::pruned::field_of;
@@ -19,17 +20,12 @@ pub struct DeviationMap {
 /// Triangles of a map at most, about.
 const MOST: f64 = 1e6;
 
+/// Pieces of a row, or rows of a triangle, at most.
+const MOST_PIECES: u32 = 1000;
+
 /// Measures a part against a solid at points some `size` apart.
 pub fn deviation_map(part: &TriMesh, solid: &TriMesh, size: f64) -> DeviationMap {
-    let size = size.max((2.0 * part.area() / MOST).sqrt());
-    let mut mesh = TriMesh::default();
-    for face in part.faces() {
-        let corners = part.corners(face);
-        let [a, b, c] = corners;
-        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-        let n = ((longest / size).ceil() as u32).clamp(1, 1000);
-        split(corners, n, &mut mesh);
-    }
+    let mesh = split(part, size.max((2.0 * part.area() / MOST).sqrt()));
     let solid = field_of(solid);
     let deviation = (mesh.positions.par_iter())
         .map(|&p| solid.signed_clearance(p))
@@ -37,33 +33,76 @@ pub fn deviation_map(part: &TriMesh, solid: &TriMesh, size: f64) -> DeviationMap
     DeviationMap { mesh, deviation }
 }
 
-/// Appends a triangle as n x n smaller ones.
-fn split([a, b, c]: [DVec3; 3], n: u32, out: &mut TriMesh) {
-    let first = out.positions.len() as u32;
-    // Row i has i + 1 points.
-    for i in 0..=n {
-        let (left, right) = (
-            a.lerp(b, f64::from(i) / f64::from(n)),
-            a.lerp(c, f64::from(i) / f64::from(n)),
-        );
-        for j in 0..=i {
-            let along = if i == 0 {
-                0.0
-            } else {
-                f64::from(j) / f64::from(i)
-            };
-            out.positions.push(left.lerp(right, along));
+/// Each triangle in rows from the corner opposite its shortest edge, so that
+/// long ones are not cut up across.
+fn split(mesh: &TriMesh, size: f64) -> TriMesh {
+    let mut fine = TriMesh::default();
+    for face in mesh.faces() {
+        let corners = mesh.corners(face);
+        let length = |i: usize| corners[i].distance(corners[(i + 1) % 3]);
+        let shortest = (0..3).min_by(|&i, &j| length(i).total_cmp(&length(j)));
+        let i = shortest.unwrap_or(0);
+        let [b, c, a] = [0, 1, 2].map(|k| corners[(i + k) % 3]);
+        let pieces = |length: f64| ((length / size).ceil() as u32).clamp(1, MOST_PIECES);
+        let rows = pieces(a.distance(b).max(a.distance(c)));
+        let mut last = fine.positions.len() as u32..fine.positions.len() as u32 + 1;
+        fine.positions.push(a);
+        for row in 1..=rows {
+            let down = f64::from(row) / f64::from(rows);
+            let (left, right) = (a.lerp(b, down), a.lerp(c, down));
+            let count = pieces(left.distance(right));
+            let start = fine.positions.len() as u32;
+            fine.positions
+                .extend((0..=count).map(|k| left.lerp(right, f64::from(k) / f64::from(count))));
+            let next = start..start + count + 1;
+            join(last, next.clone(), &mut fine.triangles);
+            last = next;
         }
     }
-    let at = |i: u32, j: u32| first + i * (i + 1) / 2 + j;
-    for i in 0..n {
-        for j in 0..=i {
-            out.triangles
-                .push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
-            if j < i {
-                out.triangles
-                    .push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
-            }
+    fine
+}
+
+/// Triangles between two rows of points, the shorter way across each time.
+fn join(upper: Range<u32>, lower: Range<u32>, out: &mut Vec<[u32; 3]>) {
+    let segments = |row: &Range<u32>| f64::from((row.len() as u32 - 1).max(1));
+    let (mut u, mut l) = (upper.start, lower.start);
+    while u + 1 < upper.end || l + 1 < lower.end {
+        let ahead = |at: u32, row: &Range<u32>| f64::from(at - row.start + 1) / segments(row);
+        let on_lower =
+            u + 1 == upper.end || (l + 1 < lower.end && ahead(l, &lower) <= ahead(u, &upper));
+        if on_lower {
+            out.push([u, l, l + 1]);
+            l += 1;
+        } else {
+            out.push([u, l, u + 1]);
+            u += 1;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn slivers_do_not_multiply() {
+        // A needle: 1000 long, 0.001 high.
+        let positions = vec![
+            DVec3::ZERO,
+            DVec3::new(1000.0, 0.0, 0.0),
+            DVec3::new(0.0, 1e-3, 0.0),
+            DVec3::new(0.0, 0.0, 1.0),
+        ];
+        let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let needle = TriMesh {
+            positions,
+            triangles,
+        };
+        let fine = split(&needle, 2.0);
+        assert!(fine.triangles.len() < 5000, "{}", fine.triangles.len());
+        assert!((fine.area() / needle.area() - 1.0).abs() < 1e-9);
+        assert!((fine.volume() / needle.volume() - 1.0).abs() < 1e-9);
     }
 }

@@ -2,14 +2,18 @@
 
 use glam::DVec3;
 
-use crate::field::thickness::maximal_ball;
+use crate::field::thickness::Ray;
 use crate::field::walls::{Walls, object_angle};
 use crate::field::{Field, Footpoint};
 use crate::mesh::{FaceId, Part, TriMesh};
 
 /// Object angles below this, degrees, are bends of a round made of facets: a
-/// ball misses such an edge by less than 0.01 of its radius.
+/// ball misses such an edge by less than 0.01 of its radius, and goes on along
+/// the bisector.
 const FACETS: f64 = 15.0;
+
+/// Facets of a round that a ball may come to rest on before it stops for good.
+const MOST_FACETS: usize = 8;
 
 /// Centres nearer to the mid-surface than this, over the ball's radius, are on
 /// it.
@@ -25,8 +29,9 @@ const OFF_EDGE: f64 = 0.02;
 /// there is looked at. If it sits in a convex edge of one wall, that is, if
 /// its two footpoints are not separate in the sense of the extraction, its
 /// centre is on a fin; and if the centre is off the mid-surface too, no ball
-/// of that reaches the point. A point of a coping face goes with the nearest
-/// wall. Only the part and the mid-surface are asked, never the solid.
+/// of that reaches the point. A point of a coping face goes with the ball
+/// that grows through it from the nearest wall. Only the part and the
+/// mid-surface are asked, never the solid.
 pub(super) struct Pruned<'a> {
     part: &'a Part,
     walls: &'a Walls<'a>,
@@ -55,23 +60,64 @@ impl<'a> Pruned<'a> {
         let step = OFF_EDGE * self.thickness;
         let [a, b, c] = field.corners(face);
         let p = p.move_towards((a + b + c) / 3.0, step);
-        let (face, point) = if self.part.coping()[face.index()] {
-            let foot = field.footpoint(p - step * field.normal(face));
-            (foot.face, foot.point)
+        let inward = -field.normal(face);
+        let (face, point, direction) = if self.part.coping()[face.index()] {
+            let within = p + step * inward;
+            let foot = field.footpoint(within);
+            (
+                foot.face,
+                foot.point,
+                (within - foot.point).normalize_or_zero(),
+            )
         } else {
-            (face, p)
+            (face, p, inward)
         };
-        let Some((centre, touch)) = maximal_ball(field, face, point) else {
+        let Some((centre, [own, touch])) = self.ball(face, point, direction) else {
             return false;
         };
-        let own = Footpoint {
-            face,
-            point,
-            distance: centre.distance(point),
-        };
-        object_angle(centre, &own, &touch) >= FACETS
-            && !self.walls.separate(centre, &own, &touch)
+        !self.walls.separate(centre, &own, &touch)
             && self.surface.footpoint(centre).distance > ON_SHEET * own.distance
+    }
+
+    /// The greatest ball that touches a wall's point from a direction, and two
+    /// of its footpoints that see each other under [`FACETS`] or more.
+    fn ball(
+        &self,
+        face: FaceId,
+        point: DVec3,
+        direction: DVec3,
+    ) -> Option<(DVec3, [Footpoint; 2])> {
+        let field = self.walls.field();
+        let mut ray = Ray {
+            from: point,
+            direction,
+            radius: 0.0,
+            growth: 1.0,
+        };
+        let (mut face, mut point) = (face, point);
+        for _ in 0..MOST_FACETS {
+            let (centre, touch) = ray.ball(field, face)?;
+            let own = Footpoint {
+                face,
+                point,
+                distance: centre.distance(point),
+            };
+            let angle = object_angle(centre, &own, &touch);
+            if angle >= FACETS {
+                return Some((centre, [own, touch]));
+            }
+            // On, touching both.
+            let away = [own, touch].map(|foot| (centre - foot.point).normalize_or_zero());
+            let direction = (away[0] + away[1]).normalize_or_zero();
+            ray = Ray {
+                from: centre,
+                direction,
+                radius: own.distance,
+                growth: direction.dot(away[0]),
+            };
+            (face, point) = (touch.face, touch.point);
+        }
+        None
     }
 }
 
