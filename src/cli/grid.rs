@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::{GridError, Precision, Work};
+use midsurf::dual_contour::{Precision, Work};
 use midsurf::io::write::{SolidFormat, stage_solid};
 use midsurf::mesh::{PartOptions, TriMesh};
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
@@ -317,12 +317,7 @@ fn failure(error: &OffsetError, part: &Path, command: &str) -> Failure {
         OffsetError::BadCell(_) => "give --cell a positive length, or leave it away",
         OffsetError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
         OffsetError::Open => "`midsurf info PART` counts the open edges",
-        OffsetError::Grid(GridError::TooFine { .. }) => {
-            "take a larger --cell, or raise --memory-limit if the machine has more memory"
-        }
-        OffsetError::Grid(GridError::NoGrid { .. }) => {
-            "move the part nearer to the origin, or take a larger --cell"
-        }
+        OffsetError::Grid(error) => Failure::grid_help(error),
         OffsetError::Empty(_) => {
             return Failure::no_result(message, "take a smaller distance or a smaller --cell");
         }

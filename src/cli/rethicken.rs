@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::{GridError, Precision};
+use midsurf::dual_contour::Precision;
 use midsurf::io::write::{SolidFormat, stage_solid};
 use midsurf::io::{LoadedSurface, RadiusSource, read_surface};
 use midsurf::rethicken::{RethickenError, RethickenWarning, Settings, rethicken};
@@ -247,12 +247,7 @@ pub(super) fn failure(error: &RethickenError, file: &Path) -> Failure {
     let help = match error {
         RethickenError::BadCell(_) => "give --cell a positive length, or leave it away",
         RethickenError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
-        RethickenError::Grid(GridError::TooFine { .. }) => {
-            "take a larger --cell, or raise --memory-limit if the machine has more memory"
-        }
-        RethickenError::Grid(GridError::NoGrid { .. }) => {
-            "move the surface nearer to the origin, or take a larger --cell"
-        }
+        RethickenError::Grid(error) => Failure::grid_help(error),
         RethickenError::Empty(_) => {
             return Failure::no_result(message, "take a smaller --cell");
         }

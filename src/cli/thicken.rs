@@ -326,12 +326,7 @@ fn failure(error: &ThickenError, patch: &Path) -> Failure {
         ThickenError::SelfIntersecting { .. } => {
             "remove the triangles that cut each other; the side of a point means nothing there"
         }
-        ThickenError::TooFine { .. } => {
-            "take a larger --cell, or raise --memory-limit if the machine has more memory"
-        }
-        ThickenError::NoGrid { .. } => {
-            "move the surface nearer to the origin, or take a larger --cell"
-        }
+        ThickenError::Grid(error) => Failure::grid_help(error),
         ThickenError::Unresolved { .. } => {
             return Failure::no_result(message, "take a smaller --cell or a smaller thickness");
         }

@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
+use midsurf::dual_contour::GridError;
 use midsurf::field::Field;
 use midsurf::io::read_mesh;
 use midsurf::mesh::{TriMesh, self_intersections};
@@ -226,8 +227,14 @@ fn settings_without_sense_are_refused() {
     assert!(matches!(with(|s| s.cell = 0.5), E::CoarseCell { .. }));
     assert!(matches!(with(|s| s.cell = f64::NAN), E::BadCell(_)));
     assert!(matches!(with(|s| s.tolerance = 0.0), E::BadTolerance(_)));
-    assert!(matches!(with(|s| s.memory_limit = 1000), E::TooFine { .. }));
-    assert!(matches!(with(|s| s.cell = 1e-12), E::TooFine { .. }));
+    assert!(matches!(
+        with(|s| s.memory_limit = 1000),
+        E::Grid(GridError::TooFine { .. })
+    ));
+    assert!(matches!(
+        with(|s| s.cell = 1e-12),
+        E::Grid(GridError::TooFine { .. })
+    ));
 }
 
 #[test]
