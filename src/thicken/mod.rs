@@ -270,9 +270,10 @@ pub fn thicken(
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
     let patch = Patch::new(mesh)?;
-    if let [(first, second), ..] = self_intersections(&patch.mesh)[..] {
+    let crossings = self_intersections(&patch.mesh);
+    if let [(first, second), ..] = crossings[..] {
         return Err(ThickenError::SelfIntersecting {
-            pairs: self_intersections(&patch.mesh).len(),
+            pairs: crossings.len(),
             first: first.0,
             second: second.0,
         });
