@@ -218,8 +218,8 @@ impl GridArgs {
 
 /// Figures of an offset without its mesh.
 struct Figures {
-    corner_deviation: midsurf::offset::Deviation,
-    centre_deviation: midsurf::offset::Deviation,
+    corner_deviation: midsurf::dual_contour::Deviation,
+    centre_deviation: midsurf::dual_contour::Deviation,
     field_seconds: f64,
     work: Work,
 }

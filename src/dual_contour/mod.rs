@@ -32,6 +32,7 @@
 mod band;
 mod budget;
 mod cells;
+mod deviation;
 mod edges;
 mod faces;
 mod grid;
@@ -56,6 +57,7 @@ use faces::Faces;
 
 pub use band::{FilterCounts, Filters};
 pub use budget::{GridError, smallest_cell};
+pub use deviation::Deviation;
 pub use edges::CrossingCounts;
 pub use grid::{CellBox, Grid, Precision};
 pub use implicit::{Crossing, Implicit, Sample};

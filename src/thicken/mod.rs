@@ -49,7 +49,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Filters, Grid, GridError, Implicit, Precision, Progress, Work};
+use crate::dual_contour::{
+    self, Deviation, Filters, Grid, GridError, Implicit, Precision, Progress, Work,
+};
 use crate::mesh::{Bounds, TriMesh, self_intersections, weld_exact};
 use patch::Patch;
 use solid::ThickSolid;
@@ -183,15 +185,6 @@ pub enum ThickenError {
     },
 }
 
-/// Distance of the inner shell from its true place, at centres of triangles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Deviation {
-    /// Mean, part units.
-    pub mean: f64,
-    /// Greatest, part units.
-    pub max: f64,
-}
-
 /// A solid and what it took.
 #[derive(Clone, Debug)]
 pub struct Thickened {
@@ -211,7 +204,8 @@ pub struct Thickened {
     /// Cell of the grid: smaller than the one asked for where that did not
     /// resolve the boundary.
     pub cell: f64,
-    /// Inner shell.
+    /// Distance of the inner shell from its true place, at centres of
+    /// triangles.
     pub deviation: Deviation,
     /// Ways tried to lay the grid and the cut until nothing cut itself.
     pub attempts: usize,
@@ -476,8 +470,5 @@ fn deviation(patch: &Patch, mesh: &TriMesh, thickness: f64) -> Deviation {
                 .flatten()
         })
         .collect();
-    Deviation {
-        mean: errors.iter().fold(0.0, |sum, e| sum + e) / errors.len().max(1) as f64,
-        max: errors.iter().copied().fold(0.0, f64::max),
-    }
+    Deviation::of(errors)
 }
