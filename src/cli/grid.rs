@@ -134,10 +134,7 @@ pub(super) fn run(
             "cell": args.cell,
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
-            "precision": match settings.precision {
-                Precision::Double => "double",
-                Precision::Single => "single",
-            },
+            "precision": settings.precision,
             "memory_limit": args.memory_limit,
             "threads": rayon::current_num_threads(),
             "weld": args.weld,

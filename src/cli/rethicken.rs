@@ -138,10 +138,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             "cell": args.cell,
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
-            "precision": match settings.precision {
-                Precision::Double => "double",
-                Precision::Single => "single",
-            },
+            "precision": settings.precision,
             "round_borders": args.round_borders,
             "memory_limit": args.memory_limit,
             "threads": rayon::current_num_threads(),

@@ -213,10 +213,7 @@ impl Args {
             "cell": self.cell,
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
-            "precision": match settings.precision {
-                Precision::Double => "double",
-                Precision::Single => "single",
-            },
+            "precision": settings.precision,
             "memory_limit": self.memory_limit,
             "threads": rayon::current_num_threads(),
         })
