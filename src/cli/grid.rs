@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::{Precision, Work};
-use midsurf::io::write::{SolidFormat, stage_solid};
+use midsurf::dual_contour::Work;
 use midsurf::mesh::{PartOptions, TriMesh};
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
 use serde_json::{Value, json};
@@ -19,6 +18,7 @@ use super::memory::{Bytes, peak};
 use super::outputs;
 use super::progress::Progress;
 use super::say;
+use super::solid::SolidArgs;
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -39,9 +39,8 @@ pub(super) struct GridArgs {
     /// Split chords that stray farther than this from the offset [default: 0.2% of the distance]
     #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Output file (.stl, .obj, .ply); repeat for several formats
-    #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
+    #[command(flatten)]
+    solid: SolidArgs,
     /// Write a report as JSON; `-` for stdout
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -74,14 +73,8 @@ pub(super) fn run(
     distance: f64,
     finish: impl Fn(&Input, TriMesh) -> TriMesh,
 ) -> Result<ExitCode, Failure> {
-    for file in &args.output {
-        SolidFormat::of(file).map_err(Failure::input)?;
-    }
-    outputs::check_names(
-        &[(args.part.as_path(), "part")],
-        args.output.clone(),
-        args.json.as_deref(),
-    )?;
+    let inputs = [(args.part.as_path(), "part")];
+    args.solid.check_names(&inputs, args.json.as_deref())?;
     outputs::use_threads(args.threads);
     let start = Instant::now();
     let progress = Progress::new(args.quiet);
@@ -106,10 +99,7 @@ pub(super) fn run(
     let begin = Instant::now();
     let figures = Figures::of(&result);
     let mesh = finish(&input, result.mesh);
-    let mut staged = Vec::new();
-    for file in &args.output {
-        staged.push(stage_solid(&mesh, None, file).map_err(Failure::output)?);
-    }
+    let staged = args.solid.stage(&mesh, None)?;
     let seconds = json!({
         "read": read_seconds,
         "field": figures.field_seconds,
@@ -150,7 +140,7 @@ pub(super) fn run(
         "work": work_json(&figures.work),
         "seconds": seconds,
         "peak_memory": peak(),
-        "outputs": args.output,
+        "outputs": args.solid.output,
         "warnings": warnings,
     });
     outputs::finish(args.json.as_deref(), staged, &report)?;
@@ -205,10 +195,7 @@ impl GridArgs {
             settings.tolerance = tolerance;
         }
         settings.memory_limit = self.memory_limit.0;
-        let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
-        if self.output.iter().any(single) {
-            settings.precision = Precision::Single;
-        }
+        settings.precision = self.solid.precision();
         Ok(settings)
     }
 }

@@ -18,6 +18,7 @@ mod progress;
 mod report;
 mod rethicken;
 mod roundtrip;
+mod solid;
 mod subdivide;
 mod tags;
 mod thicken;

@@ -4,8 +4,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::Precision;
-use midsurf::io::write::{SolidFormat, stage_solid};
 use midsurf::io::{LoadedSurface, RadiusSource, read_surface};
 use midsurf::rethicken::{RethickenError, RethickenWarning, Settings, rethicken};
 use serde_json::json;
@@ -19,6 +17,7 @@ use super::memory::{Bytes, peak};
 use super::outputs;
 use super::progress::Progress;
 use super::say;
+use super::solid::SolidArgs;
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -62,9 +61,8 @@ pub(super) struct Args {
     /// Split chords that stray farther than this from the solid [default: 0.1% of the median thickness]
     #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Output file (.stl, .obj, .ply); repeat for several formats
-    #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
+    #[command(flatten)]
+    solid: SolidArgs,
     /// Write a report as JSON; `-` for stdout
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -85,16 +83,13 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
-    for file in &args.output {
-        SolidFormat::of(file).map_err(Failure::input)?;
-    }
     let mut inputs = vec![(args.surface.as_path(), "mid-surface")];
     inputs.extend(
         args.thickness
             .iter()
             .map(|file| (file.as_path(), "thickness")),
     );
-    outputs::check_names(&inputs, args.output.clone(), args.json.as_deref())?;
+    args.solid.check_names(&inputs, args.json.as_deref())?;
     outputs::use_threads(args.threads);
     let start = Instant::now();
     let progress = Progress::new(args.quiet);
@@ -111,10 +106,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     progress.show("writing", 0, 0);
     let begin = Instant::now();
     let mesh = &result.mesh;
-    let mut staged = Vec::new();
-    for file in &args.output {
-        staged.push(stage_solid(mesh, None, file).map_err(Failure::output)?);
-    }
+    let staged = args.solid.stage(mesh, None)?;
     let (source, exact) = match &loaded.radius {
         RadiusSource::Radius(file) => (file, true),
         RadiusSource::HalfThickness(file) => (file, false),
@@ -159,7 +151,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             "total": start.elapsed().as_secs_f64(),
         },
         "peak_memory": peak(),
-        "outputs": args.output,
+        "outputs": args.solid.output,
         "warnings": warnings,
     });
     outputs::finish(args.json.as_deref(), staged, &report)?;
@@ -192,10 +184,7 @@ impl Args {
         };
         settings.tolerance = self.tolerance.unwrap_or(settings.tolerance);
         settings.memory_limit = self.memory_limit.0;
-        let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
-        if self.output.iter().any(single) {
-            settings.precision = Precision::Single;
-        }
+        settings.precision = self.solid.precision();
         settings
     }
 }

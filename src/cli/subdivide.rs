@@ -5,10 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::Precision;
-use midsurf::io::write::{Shade, SolidFormat, Staged, WriteError, stage_solid};
+use midsurf::io::write::Shade;
 use midsurf::io::{ControlMesh, Place, read_control};
-use midsurf::mesh::TriMesh;
 use midsurf::subdivide::{
     Boundary, Cage, ContourError, ContourSettings, FoldFree, HollowSolid, Level, MOST_LEVELS,
     MOST_SAMPLES, Scheme, Settings, SubdivideError, Trial, contour, hollow_out, interpolate,
@@ -23,6 +21,7 @@ use super::memory::peak;
 use super::outputs;
 use super::progress::Progress;
 use super::say;
+use super::solid::SolidArgs;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -84,9 +83,8 @@ pub(super) struct Args {
     /// Threads to use; the result does not depend on it
     #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Output file; repeat for several formats
-    #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
+    #[command(flatten)]
+    solid: SolidArgs,
     /// Write a report as JSON; `-` for stdout
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -148,7 +146,8 @@ struct Control {
 }
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
-    check_names(&args)?;
+    let inputs = [(args.control.as_path(), "control mesh")];
+    args.solid.check_names(&inputs, args.json.as_deref())?;
     outputs::use_threads(args.threads);
     let start = Instant::now();
     let progress = Progress::new(args.quiet);
@@ -182,7 +181,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
 
     show("writing");
     let thickness = [solid.thickness.as_slice(), &solid.thickness].concat();
-    let staged = stage_all(&args, &solid.hollow.mesh, &thickness)?;
+    let staged = args.solid.stage(&solid.hollow.mesh, shade(&thickness))?;
     let warnings = warnings(&solid, &settings);
     show("report");
     let seconds = json!({
@@ -302,7 +301,6 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
             "say with --levels and --samples how finely to divide the surface",
         ));
     }
-    let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
     let settings = ContourSettings {
         // Clap asks for it unless --interpolate is given.
         thickness: args.thickness.unwrap_or_default(),
@@ -310,11 +308,7 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
         level: args.levels.unwrap_or(1),
         boundary: args.boundary(),
         cell: args.cell,
-        precision: if args.output.iter().any(single) {
-            Precision::Single
-        } else {
-            Precision::Double
-        },
+        precision: args.solid.precision(),
     };
     let show = |stage, done, total| progress.show(stage, done, total);
     let solid = contour(&control.cage, &settings, &show).map_err(|error| {
@@ -327,7 +321,7 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
         }
     })?;
     progress.show("writing", 0, 0);
-    let staged = stage_all(args, &solid.mesh, &solid.thickness)?;
+    let staged = args.solid.stage(&solid.mesh, shade(&solid.thickness))?;
     let [least, most] = range(&solid.thickness);
     let report = json!({
         "schema": SCHEMA,
@@ -349,7 +343,7 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
             "intersections": solid.intersections.len(),
         },
         "peak_memory": peak(),
-        "outputs": args.output,
+        "outputs": args.solid.output,
         "warnings": control.warnings,
     });
     outputs::finish(args.json.as_deref(), staged, &report)?;
@@ -381,7 +375,7 @@ fn through(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCo
     let level = args.levels.unwrap_or(0);
     let (mesh, level) = interpolate(&control.cage, level, samples, args.boundary())
         .map_err(|error| failed(&error, &args.control))?;
-    let staged = stage_all(args, &mesh, &[])?;
+    let staged = args.solid.stage(&mesh, None)?;
     let report = json!({
         "schema": SCHEMA,
         "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
@@ -392,7 +386,7 @@ fn through(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCo
             "vertices": mesh.positions.len(),
             "triangles": mesh.triangles.len(),
         },
-        "outputs": args.output,
+        "outputs": args.solid.output,
         "warnings": control.warnings,
     });
     outputs::finish(args.json.as_deref(), staged, &report)?;
@@ -474,7 +468,7 @@ fn report(args: &Args, control: &Control, settings: &Settings, solid: &HollowSol
                 .map(|(a, b)| [a.0, b.0]).collect::<Vec<_>>(),
         },
         "levels_tried": solid.trials.iter().map(trial).collect::<Vec<Value>>(),
-        "outputs": args.output,
+        "outputs": args.solid.output,
     })
 }
 
@@ -592,24 +586,8 @@ fn summary(solid: &HollowSolid, settings: &Settings, verbose: u8) {
     }
 }
 
-/// Refuses file names that could not be written or are named twice.
-fn check_names(args: &Args) -> Result<(), Failure> {
-    for file in &args.output {
-        SolidFormat::of(file).map_err(Failure::input)?;
-    }
-    outputs::check_names(
-        &[(args.control.as_path(), "control mesh")],
-        args.output.clone(),
-        args.json.as_deref(),
-    )
-}
-
-fn stage_all(args: &Args, mesh: &TriMesh, thickness: &[f64]) -> Result<Vec<Staged>, Failure> {
-    let shade = Shade {
-        name: "thickness",
-        values: thickness,
-    };
-    let write = |file: &PathBuf| stage_solid(mesh, Some(shade), file);
-    let staged: Result<_, WriteError> = args.output.iter().map(write).collect();
-    staged.map_err(Failure::output)
+/// Paints the wall by its thickness.
+fn shade(values: &[f64]) -> Option<Shade<'_>> {
+    let name = "thickness";
+    Some(Shade { name, values })
 }

@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use midsurf::dual_contour::Precision;
-use midsurf::io::write::{SolidFormat, stage_solid};
 use midsurf::mesh::TriMesh;
 use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
 use serde_json::{Value, json};
@@ -19,6 +18,7 @@ use super::memory::{Bytes, peak};
 use super::outputs;
 use super::progress::Progress;
 use super::say;
+use super::solid::SolidArgs;
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -61,9 +61,8 @@ pub(super) struct Args {
     /// Split chords that stray farther than this from the solid [default: 0.2% of the thickness]
     #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Output file (.stl, .obj, .ply); repeat for several formats
-    #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
+    #[command(flatten)]
+    solid: SolidArgs,
     /// Write a report as JSON; `-` for stdout
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -96,14 +95,8 @@ enum SideArg {
 }
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
-    for file in &args.output {
-        SolidFormat::of(file).map_err(Failure::input)?;
-    }
-    outputs::check_names(
-        &[(args.patch.as_path(), "surface")],
-        args.output.clone(),
-        args.json.as_deref(),
-    )?;
+    let inputs = [(args.patch.as_path(), "surface")];
+    args.solid.check_names(&inputs, args.json.as_deref())?;
     outputs::use_threads(args.threads);
     let start = Instant::now();
     let progress = Progress::new(args.quiet);
@@ -123,10 +116,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
 
     progress.show("writing", 0, 0);
     let begin = Instant::now();
-    let mut staged = Vec::new();
-    for file in &args.output {
-        staged.push(stage_solid(&result.mesh, None, file).map_err(Failure::output)?);
-    }
+    let staged = args.solid.stage(&result.mesh, None)?;
     let seconds = json!({
         "read": read_seconds,
         "field": result.field_seconds,
@@ -163,7 +153,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         },
         "seconds": seconds,
         "peak_memory": peak(),
-        "outputs": args.output,
+        "outputs": args.solid.output,
         "warnings": warnings,
     });
     outputs::finish(args.json.as_deref(), staged, &report)?;
@@ -199,10 +189,7 @@ impl Args {
             settings.tolerance = tolerance;
         }
         settings.memory_limit = self.memory_limit.0;
-        let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
-        if self.output.iter().any(single) {
-            settings.precision = Precision::Single;
-        }
+        settings.precision = self.solid.precision();
         Ok(settings)
     }
 
