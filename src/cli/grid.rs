@@ -14,9 +14,8 @@ use super::cell::CellSize;
 use super::failure::Failure;
 use super::info::figure;
 use super::input::{Input, Warning, print_warnings};
-use super::memory::{Bytes, peak};
-use super::outputs;
-use super::progress::Progress;
+use super::memory::{MemoryArgs, peak};
+use super::run::RunArgs;
 use super::say;
 use super::solid::SolidArgs;
 
@@ -41,28 +40,15 @@ pub(super) struct GridArgs {
     tolerance: Option<f64>,
     #[command(flatten)]
     solid: SolidArgs,
-    /// Write a report as JSON; `-` for stdout
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Threads to use; the result does not depend on it
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
     /// Merge vertices of the part within this distance
     #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
     weld: Option<f64>,
-    /// Refuse cells so small that the grid would need more memory than this
-    #[arg(
-        long,
-        value_name = "SIZE",
-        default_value = "8G",
-        allow_negative_numbers = true
-    )]
-    memory_limit: Bytes,
-    /// Print errors and nothing else
-    #[arg(short, long, conflicts_with = "verbose")]
-    quiet: bool,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
+    run: RunArgs,
     /// Print what each stage took and left
-    #[arg(short, long)]
+    #[arg(short, long, conflicts_with = "quiet")]
     verbose: bool,
 }
 
@@ -74,11 +60,9 @@ pub(super) fn run(
     finish: impl Fn(&Input, TriMesh) -> TriMesh,
 ) -> Result<ExitCode, Failure> {
     let inputs = [(args.part.as_path(), "part")];
-    args.solid.check_names(&inputs, args.json.as_deref())?;
-    outputs::use_threads(args.threads);
+    args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = Progress::new(args.quiet);
-    progress.show("reading", 0, 0);
+    let progress = args.run.start();
     let options = PartOptions {
         allow_open: false,
         weld: args.weld,
@@ -125,7 +109,7 @@ pub(super) fn run(
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
             "precision": settings.precision,
-            "memory_limit": args.memory_limit,
+            "memory_limit": args.memory.memory_limit,
             "threads": rayon::current_num_threads(),
             "weld": args.weld,
         },
@@ -143,9 +127,9 @@ pub(super) fn run(
         "outputs": args.solid.output,
         "warnings": warnings,
     });
-    outputs::finish(args.json.as_deref(), staged, &report)?;
+    args.run.finish(staged, &report)?;
     drop(progress);
-    if !args.quiet {
+    if !args.run.quiet {
         print_warnings(&warnings);
         say(format_args!(
             "{} vertices, {} triangles, volume {}, area {}",
@@ -194,7 +178,7 @@ impl GridArgs {
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }
-        settings.memory_limit = self.memory_limit.0;
+        settings.memory_limit = self.memory.memory_limit.0;
         settings.precision = self.solid.precision();
         Ok(settings)
     }

@@ -91,7 +91,7 @@ impl Report {
                 "cell_length": work.cell,
                 "angle": args.angle,
                 "keep_fins": args.keep_fins,
-                "memory_limit": args.memory_limit,
+                "memory_limit": args.memory.memory_limit,
                 "threads": rayon::current_num_threads(),
                 "allow_open": args.allow_open,
                 "weld": args.weld,

@@ -13,9 +13,8 @@ use super::failure::Failure;
 use super::grid::work_json;
 use super::info::figure;
 use super::input::{Warning, print_warnings, read_warning};
-use super::memory::{Bytes, peak};
-use super::outputs;
-use super::progress::Progress;
+use super::memory::{MemoryArgs, peak};
+use super::run::RunArgs;
 use super::say;
 use super::solid::SolidArgs;
 
@@ -63,23 +62,10 @@ pub(super) struct Args {
     tolerance: Option<f64>,
     #[command(flatten)]
     solid: SolidArgs,
-    /// Write a report as JSON; `-` for stdout
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Threads to use; the result does not depend on it
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
-    /// Refuse cells so small that the grid would need more memory than this
-    #[arg(
-        long,
-        value_name = "SIZE",
-        default_value = "8G",
-        allow_negative_numbers = true
-    )]
-    memory_limit: Bytes,
-    /// Print errors and nothing else
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
+    run: RunArgs,
 }
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
@@ -89,11 +75,9 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             .iter()
             .map(|file| (file.as_path(), "thickness")),
     );
-    args.solid.check_names(&inputs, args.json.as_deref())?;
-    outputs::use_threads(args.threads);
+    args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = Progress::new(args.quiet);
-    progress.show("reading", 0, 0);
+    let progress = args.run.start();
     let loaded = read_surface(&args.surface, args.thickness.as_deref(), args.round_borders)
         .map_err(Failure::input)?;
     let read_seconds = start.elapsed().as_secs_f64();
@@ -132,7 +116,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             "tolerance": settings.tolerance,
             "precision": settings.precision,
             "round_borders": args.round_borders,
-            "memory_limit": args.memory_limit,
+            "memory_limit": args.memory.memory_limit,
             "threads": rayon::current_num_threads(),
         },
         "result": {
@@ -154,9 +138,9 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         "outputs": args.solid.output,
         "warnings": warnings,
     });
-    outputs::finish(args.json.as_deref(), staged, &report)?;
+    args.run.finish(staged, &report)?;
     drop(progress);
-    if !args.quiet {
+    if !args.run.quiet {
         print_warnings(&warnings);
         say(format_args!(
             "{} vertices, {} triangles, volume {}, area {}",
@@ -183,7 +167,7 @@ impl Args {
             CellSize::Thicknesses(factor) => factor * loaded.surface.median_thickness(),
         };
         settings.tolerance = self.tolerance.unwrap_or(settings.tolerance);
-        settings.memory_limit = self.memory_limit.0;
+        settings.memory_limit = self.memory.memory_limit.0;
         settings.precision = self.solid.precision();
         settings
     }

@@ -7,7 +7,7 @@ use midsurf::io::write::{Shade, SolidFormat, Staged, stage_solid};
 use midsurf::mesh::TriMesh;
 
 use super::failure::Failure;
-use super::outputs;
+use super::run::RunArgs;
 
 /// Files of a solid.
 #[derive(clap::Args)]
@@ -22,12 +22,12 @@ impl SolidArgs {
     pub(super) fn check_names(
         &self,
         inputs: &[(&Path, &'static str)],
-        json: Option<&Path>,
+        run: &RunArgs,
     ) -> Result<(), Failure> {
         for file in &self.output {
             SolidFormat::of(file).map_err(Failure::input)?;
         }
-        outputs::check_names(inputs, self.output.clone(), json)
+        run.check_names(inputs, self.output.clone())
     }
 
     /// Numbers that every file can hold.

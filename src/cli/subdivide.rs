@@ -18,8 +18,8 @@ use super::failure::Failure;
 use super::info::figure;
 use super::input::{Warning, print_warnings};
 use super::memory::peak;
-use super::outputs;
 use super::progress::Progress;
+use super::run::RunArgs;
 use super::say;
 use super::solid::SolidArgs;
 
@@ -80,19 +80,12 @@ pub(super) struct Args {
     /// Instead of a solid, the surface that passes through the control vertices
     #[arg(long, conflicts_with_all = ["thickness", "tolerance", "scheme"])]
     interpolate: bool,
-    /// Threads to use; the result does not depend on it
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
     #[command(flatten)]
     solid: SolidArgs,
-    /// Write a report as JSON; `-` for stdout
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Print errors and nothing else
-    #[arg(short, long, conflicts_with = "verbose")]
-    quiet: bool,
+    #[command(flatten)]
+    run: RunArgs,
     /// Print more
-    #[arg(short, long, action = clap::ArgAction::Count)]
+    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     verbose: u8,
 }
 
@@ -147,13 +140,11 @@ struct Control {
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.control.as_path(), "control mesh")];
-    args.solid.check_names(&inputs, args.json.as_deref())?;
-    outputs::use_threads(args.threads);
+    args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = Progress::new(args.quiet);
-    progress.show("reading", 0, 0);
+    let progress = args.run.start();
     let control = read(&args.control)?;
-    if !args.quiet {
+    if !args.run.quiet {
         progress.aside(|| print_warnings(&control.warnings));
     }
     let read = start.elapsed().as_secs_f64();
@@ -193,9 +184,9 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     report["seconds"] = seconds;
     report["peak_memory"] = json!(peak());
     report["warnings"] = json!([&control.warnings[..], &warnings].concat());
-    outputs::finish(args.json.as_deref(), staged, &report)?;
+    args.run.finish(staged, &report)?;
     drop(progress);
-    if !args.quiet {
+    if !args.run.quiet {
         print_warnings(&warnings);
         summary(&solid, &settings, args.verbose);
     }
@@ -346,8 +337,8 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
         "outputs": args.solid.output,
         "warnings": control.warnings,
     });
-    outputs::finish(args.json.as_deref(), staged, &report)?;
-    if !args.quiet {
+    args.run.finish(staged, &report)?;
+    if !args.run.quiet {
         say(format_args!("levels       {}", solid.level));
         say(format_args!(
             "solid        {} vertices, {} triangles, volume {}",
@@ -389,8 +380,8 @@ fn through(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCo
         "outputs": args.solid.output,
         "warnings": control.warnings,
     });
-    outputs::finish(args.json.as_deref(), staged, &report)?;
-    if !args.quiet {
+    args.run.finish(staged, &report)?;
+    if !args.run.quiet {
         say(format_args!("levels       {level}"));
         say(format_args!(
             "mesh         {} vertices, {} triangles",

@@ -14,9 +14,8 @@ use super::cell::CellSize;
 use super::failure::Failure;
 use super::info::figure;
 use super::input::{Warning, load, print_warnings};
-use super::memory::{Bytes, peak};
-use super::outputs;
-use super::progress::Progress;
+use super::memory::{MemoryArgs, peak};
+use super::run::RunArgs;
 use super::say;
 use super::solid::SolidArgs;
 
@@ -63,25 +62,12 @@ pub(super) struct Args {
     tolerance: Option<f64>,
     #[command(flatten)]
     solid: SolidArgs,
-    /// Write a report as JSON; `-` for stdout
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Threads to use; the result does not depend on it
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
-    /// Refuse cells so small that the grid would need more memory than this
-    #[arg(
-        long,
-        value_name = "SIZE",
-        default_value = "8G",
-        allow_negative_numbers = true
-    )]
-    memory_limit: Bytes,
-    /// Print errors and nothing else
-    #[arg(short, long, conflicts_with = "verbose")]
-    quiet: bool,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
+    run: RunArgs,
     /// Print what each stage took
-    #[arg(short, long)]
+    #[arg(short, long, conflicts_with = "quiet")]
     verbose: bool,
 }
 
@@ -96,11 +82,9 @@ enum SideArg {
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.patch.as_path(), "surface")];
-    args.solid.check_names(&inputs, args.json.as_deref())?;
-    outputs::use_threads(args.threads);
+    args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = Progress::new(args.quiet);
-    progress.show("reading", 0, 0);
+    let progress = args.run.start();
     let (loaded, mut warnings) = load(&args.patch)?;
     let read_seconds = start.elapsed().as_secs_f64();
 
@@ -156,9 +140,9 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         "outputs": args.solid.output,
         "warnings": warnings,
     });
-    outputs::finish(args.json.as_deref(), staged, &report)?;
+    args.run.finish(staged, &report)?;
     drop(progress);
-    if !args.quiet {
+    if !args.run.quiet {
         print_warnings(&warnings);
         summary(&result, settings.thickness);
     }
@@ -188,7 +172,7 @@ impl Args {
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }
-        settings.memory_limit = self.memory_limit.0;
+        settings.memory_limit = self.memory.memory_limit.0;
         settings.precision = self.solid.precision();
         Ok(settings)
     }
@@ -201,7 +185,7 @@ impl Args {
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
             "precision": settings.precision,
-            "memory_limit": self.memory_limit,
+            "memory_limit": self.memory.memory_limit,
             "threads": rayon::current_num_threads(),
         })
     }
