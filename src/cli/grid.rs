@@ -74,21 +74,20 @@ pub(super) fn run(
 
     let settings = args.settings(&input, distance)?;
     let show = |stage, done, expected| progress.show(stage, done, expected);
-    let result = offset(&input.part, &settings, &show)
+    let mut result = offset(&input.part, &settings, &show)
         .map_err(|error| failure(&error, &args.part, command))?;
     let mut warnings = std::mem::take(&mut input.warnings);
     warnings.extend(result.warnings.iter().map(|w| explain(*w, distance)));
 
     progress.show("writing", 0, 0);
     let begin = Instant::now();
-    let figures = Figures::of(&result);
-    let mesh = finish(&input, result.mesh);
+    let mesh = finish(&input, std::mem::take(&mut result.mesh));
     let staged = args.solid.stage(&mesh, None)?;
     let seconds = json!({
         "read": read_seconds,
-        "field": figures.field_seconds,
-        "band": figures.work.band_seconds,
-        "contour": figures.work.contour_seconds,
+        "field": result.field_seconds,
+        "band": result.work.band_seconds,
+        "contour": result.work.contour_seconds,
         "write": begin.elapsed().as_secs_f64(),
         "total": start.elapsed().as_secs_f64(),
     });
@@ -118,10 +117,10 @@ pub(super) fn run(
             "triangles": mesh.triangles.len(),
             "volume": mesh.volume(),
             "area": mesh.area(),
-            "corner_deviation": figures.corner_deviation,
-            "centre_deviation": figures.centre_deviation,
+            "corner_deviation": result.corner_deviation,
+            "centre_deviation": result.centre_deviation,
         },
-        "work": work_json(&figures.work),
+        "work": work_json(&result.work),
         "seconds": seconds,
         "peak_memory": peak(),
         "outputs": args.solid.output,
@@ -140,22 +139,22 @@ pub(super) fn run(
         ));
         say(format_args!(
             "off the offset by {} at most, {} in the mean (of the distance: {} and {})",
-            figure(figures.centre_deviation.max),
-            figure(figures.centre_deviation.mean),
-            figure(figures.centre_deviation.max / distance.abs()),
-            figure(figures.centre_deviation.mean / distance.abs()),
+            figure(result.centre_deviation.max),
+            figure(result.centre_deviation.mean),
+            figure(result.centre_deviation.max / distance.abs()),
+            figure(result.centre_deviation.mean / distance.abs()),
         ));
     }
     if args.verbose {
-        figures.print();
+        details(&result);
     }
-    Ok(if figures.work.rings.lost == 0 {
+    Ok(if result.work.rings.lost == 0 {
         ExitCode::SUCCESS
     } else {
         // Only an inside that is told wrongly could bring that about.
         say(format_args!(
             "warning: the result has holes at {} grid edges",
-            figures.work.rings.lost
+            result.work.rings.lost
         ));
         ExitCode::from(1)
     })
@@ -184,52 +183,33 @@ impl GridArgs {
     }
 }
 
-/// Figures of an offset without its mesh.
-struct Figures {
-    corner_deviation: midsurf::dual_contour::Deviation,
-    centre_deviation: midsurf::dual_contour::Deviation,
-    field_seconds: f64,
-    work: Work,
-}
-
-impl Figures {
-    fn of(result: &Offset) -> Figures {
-        Figures {
-            corner_deviation: result.corner_deviation,
-            centre_deviation: result.centre_deviation,
-            field_seconds: result.field_seconds,
-            work: result.work,
-        }
-    }
-
-    /// What each stage took and left, for `--verbose`.
-    fn print(&self) {
-        let f = &self.work.filters;
-        let c = &self.work.crossings;
-        say(format_args!(
-            "nodes: {} in the grid, {} after boxes, {} after signs; {} distances ({} of them for boxes), {} valid",
-            f.nodes, f.after_boxes, f.after_signs, f.distances, f.box_tests, f.valid
-        ));
-        let share = |n: u64| 100.0 * n as f64 / c.edges.max(1) as f64;
-        let upto: u64 = c.by_splits[..=6].iter().sum();
-        say(format_args!(
-            "crossings: {}; {:.1}% at once, {:.1}% after one split, {:.1}% after two, {:.1}% within six",
-            c.edges,
-            share(c.by_splits[0]),
-            share(c.by_splits[1]),
-            share(c.by_splits[2]),
-            share(upto)
-        ));
-        let [cells, faces, edges] = self.work.vertices;
-        say(format_args!(
-            "vertices: {cells} in cells, {faces} on faces, {edges} on edges, {} mended; {} closest-point queries",
-            self.work.mends.split, self.work.queries
-        ));
-        say(format_args!(
-            "seconds: field {:.3}, band {:.3}, contour {:.3}",
-            self.field_seconds, self.work.band_seconds, self.work.contour_seconds
-        ));
-    }
+/// What each stage took and left, for `--verbose`.
+fn details(result: &Offset) {
+    let f = &result.work.filters;
+    let c = &result.work.crossings;
+    say(format_args!(
+        "nodes: {} in the grid, {} after boxes, {} after signs; {} distances ({} of them for boxes), {} valid",
+        f.nodes, f.after_boxes, f.after_signs, f.distances, f.box_tests, f.valid
+    ));
+    let share = |n: u64| 100.0 * n as f64 / c.edges.max(1) as f64;
+    let upto: u64 = c.by_splits[..=6].iter().sum();
+    say(format_args!(
+        "crossings: {}; {:.1}% at once, {:.1}% after one split, {:.1}% after two, {:.1}% within six",
+        c.edges,
+        share(c.by_splits[0]),
+        share(c.by_splits[1]),
+        share(c.by_splits[2]),
+        share(upto)
+    ));
+    let [cells, faces, edges] = result.work.vertices;
+    say(format_args!(
+        "vertices: {cells} in cells, {faces} on faces, {edges} on edges, {} mended; {} closest-point queries",
+        result.work.mends.split, result.work.queries
+    ));
+    say(format_args!(
+        "seconds: field {:.3}, band {:.3}, contour {:.3}",
+        result.field_seconds, result.work.band_seconds, result.work.contour_seconds
+    ));
 }
 
 /// The grid's work, for reports.
