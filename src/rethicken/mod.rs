@@ -41,7 +41,7 @@ use std::time::Instant;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Filters, Grid, GridError, Implicit, Precision, Progress, Work};
+use crate::dual_contour::{self, Filters, Grid, GridError, Precision, Progress, Work};
 use crate::mesh::TriMesh;
 use solid::SlabSolid;
 

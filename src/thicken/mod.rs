@@ -49,9 +49,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{
-    self, Deviation, Filters, Grid, GridError, Implicit, Precision, Progress, Work,
-};
+use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Precision, Progress, Work};
 use crate::mesh::{Bounds, TriMesh, self_intersections, weld_exact};
 use patch::Patch;
 use solid::ThickSolid;
