@@ -13,6 +13,7 @@ use crate::mesh::Part;
 use crate::mesh::midsurface::MidSurface;
 use crate::post::graph::{Crack, SheetGraph};
 use crate::post::{clean, graph};
+use crate::progress::Progress;
 use crate::trace::Tracer;
 
 /// Edge length of a lattice cell.
@@ -135,9 +136,6 @@ pub struct Extraction {
     /// What it took.
     pub work: Work,
 }
-
-/// Stages as they begin, for progress displays: stage name, done and expected.
-pub type Progress<'p> = dyn Fn(&'static str, u64, u64) + Sync + 'p;
 
 /// Extracts the mid-surface of a part.
 ///

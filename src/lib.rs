@@ -46,6 +46,7 @@ pub mod lattice;
 pub mod mesh;
 pub mod offset;
 pub mod post;
+pub mod progress;
 pub mod rethicken;
 pub mod roundtrip;
 pub mod subdivide;

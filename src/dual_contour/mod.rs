@@ -50,6 +50,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::mesh::TriMesh;
+use crate::progress::Progress;
 use band::Band;
 use cells::Cells;
 use edges::Edges;
@@ -106,9 +107,6 @@ pub struct Work {
     /// paper times.
     pub ring_seconds: f64,
 }
-
-/// Stages as they begin, for progress displays: stage name, done and expected.
-pub type Progress<'p> = dyn Fn(&'static str, u64, u64) + Sync + 'p;
 
 /// Contours the surface of a solid.
 pub fn contour(

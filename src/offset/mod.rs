@@ -22,11 +22,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{
-    self, Deviation, Filters, Grid, GridError, Implicit, Precision, Progress, Work,
-};
+use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Precision, Work};
 use crate::field::Field;
 use crate::mesh::{Bounds, Part, TriMesh, self_intersections};
+use crate::progress::Progress;
 use solid::OffsetSolid;
 
 /// What to offset by, and how finely.

@@ -15,11 +15,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::Progress;
 use crate::extract::{self, ExtractError, Extraction, extract};
 use crate::field::Field;
 use crate::field::walls::{Separation, Walls};
 use crate::mesh::{FaceId, Part, TriMesh, self_intersections};
+use crate::progress::Progress;
 use crate::rethicken::{self, BallSurface, RethickenError, Rethickened, rethicken};
 use overlap::overlap;
 use pruned::{Pruned, field_of};

@@ -11,10 +11,11 @@ use thiserror::Error;
 
 use super::cage::Cage;
 use super::{Boundary, SubdivideError, tessellate};
-use crate::dual_contour::{Precision, Progress};
+use crate::dual_contour::Precision;
 use crate::field::Field;
 use crate::mesh::{FaceId, Part, PartError, PartOptions, TriMesh, self_intersections};
 use crate::offset::{self, OffsetError, hollowed, offset};
+use crate::progress::Progress;
 
 /// What to contour, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -49,8 +49,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Precision, Progress, Work};
+use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Precision, Work};
 use crate::mesh::{Bounds, TriMesh, self_intersections, weld_exact};
+use crate::progress::Progress;
 use patch::Patch;
 use solid::ThickSolid;
 
