@@ -215,9 +215,7 @@ fn check(part: &Part, settings: &Settings) -> Result<(), OffsetError> {
 fn field(part: &Part, settings: &Settings) -> (Field, Vec<OffsetWarning>) {
     let mesh = part.mesh();
     let pairs = self_intersections(mesh).len();
-    let corners = mesh.triangles.iter();
-    let corners = corners.map(|t| t.map(|v| mesh.positions[v as usize]));
-    let mut field = Field::from_triangles(corners.collect(), mesh.triangles.clone(), Vec::new());
+    let mut field = Field::of_mesh(mesh);
     let mut warnings = Vec::new();
     if pairs > 0 {
         field = field.by_winding();

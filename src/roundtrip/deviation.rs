@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::pruned::field_of;
+use crate::field::Field;
 use crate::mesh::TriMesh;
 
 /// A mesh with a value at every vertex.
@@ -30,7 +30,7 @@ pub fn deviation_map(part: &TriMesh, solid: &TriMesh, size: f64) -> DeviationMap
         let n = ((longest / size).ceil() as u32).clamp(1, 1000);
         split(corners, n, &mut mesh);
     }
-    let solid = field_of(solid);
+    let solid = Field::of_mesh(solid);
     let deviation = (mesh.positions.par_iter())
         .map(|&p| solid.signed_clearance(p))
         .collect();

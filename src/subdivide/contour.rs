@@ -111,8 +111,7 @@ pub fn contour(
 
 /// Distance of each vertex of a mesh to another mesh.
 fn distances(from: &TriMesh, to: &TriMesh) -> Vec<f64> {
-    let corners = to.faces().map(|face| to.corners(face)).collect();
-    let field = Field::from_triangles(corners, to.triangles.clone(), Vec::new());
+    let field = Field::of_mesh(to);
     let far = |p: &glam::DVec3| field.footpoint(*p).distance;
     from.positions.par_iter().map(far).collect()
 }

@@ -62,8 +62,7 @@ fn check(patch: &TriMesh, settings: &Settings) -> Thickened {
 
     // Nothing much farther away than the thickness, nothing on the patch but
     // itself.
-    let corners: Vec<[DVec3; 3]> = patch.faces().map(|f| patch.corners(f)).collect();
-    let field = Field::from_triangles(corners, patch.triangles.clone(), Vec::new());
+    let field = Field::of_mesh(patch);
     let r = settings.thickness;
     for t in &mesh.triangles[result.patch_triangles..] {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
