@@ -60,7 +60,7 @@ impl Failure {
             ExtractError::NoThickness => {
                 "`midsurf tags PART TAGS` shows what is tagged; --cell takes a length"
             }
-            ExtractError::TooFine { .. } => TOO_FINE,
+            ExtractError::TooFine(_) => TOO_FINE,
         };
         Failure::input(Explained {
             message: format!("{}: {error}", file.display()),
@@ -71,7 +71,7 @@ impl Failure {
     /// A grid that is refused: what to do about it.
     pub(super) fn grid_help(error: &GridError) -> &'static str {
         match error {
-            GridError::TooFine { .. } => TOO_FINE,
+            GridError::TooFine(_) => TOO_FINE,
             GridError::NoGrid { .. } => "move it nearer to the origin, or take a larger --cell",
         }
     }

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::grid::{Grid, Precision};
+use crate::memory::TooFine;
 use crate::mesh::Bounds;
 
 /// Bytes that an active cell takes at the peak, measured; for the memory bound.
@@ -19,19 +20,8 @@ const CELLS_PER_FACE: f64 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum GridError {
     /// The grid would not fit.
-    #[error(
-        "cell size {cell} needs about {cells:.0} active cells and {gigabytes:.1} GB; the smallest cell that fits is about {smallest:.4}"
-    )]
-    TooFine {
-        /// Cell asked for.
-        cell: f64,
-        /// Active cells that it would need.
-        cells: f64,
-        /// Memory that they would take.
-        gigabytes: f64,
-        /// Smallest cell within the bound.
-        smallest: f64,
-    },
+    #[error(transparent)]
+    TooFine(#[from] TooFine),
     /// More cells along an axis than the grid can count, or planes that the
     /// numbers allowed cannot tell apart.
     #[error(
@@ -87,14 +77,14 @@ impl Grid {
         let cells = CELLS_PER_FACE * area / (cell * cell);
         let bytes = cells * BYTES_PER_CELL + volume / cell.powi(3) * BYTES_PER_NODE;
         if bytes > memory_limit as f64 {
-            return Err(GridError::TooFine {
+            return Err(GridError::TooFine(TooFine {
                 cell,
                 cells,
                 gigabytes: bytes / 1e9,
                 // Fits, and is exact where only one of the two counts.
                 smallest: smallest_cell(area, memory_limit)
                     + (volume * BYTES_PER_NODE / memory_limit as f64).cbrt(),
-            });
+            }));
         }
         let far = bounds.min.abs().max(bounds.max.abs()).max_element();
         Grid::around(bounds, cell, precision).ok_or(GridError::NoGrid {

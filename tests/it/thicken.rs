@@ -228,11 +228,11 @@ fn settings_without_sense_are_refused() {
     assert!(matches!(with(|s| s.tolerance = 0.0), E::BadTolerance(_)));
     assert!(matches!(
         with(|s| s.memory_limit = 1000),
-        E::Grid(GridError::TooFine { .. })
+        E::Grid(GridError::TooFine(_))
     ));
     assert!(matches!(
         with(|s| s.cell = 1e-12),
-        E::Grid(GridError::TooFine { .. })
+        E::Grid(GridError::TooFine(_))
     ));
 }
 
