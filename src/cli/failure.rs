@@ -33,12 +33,7 @@ impl Failure {
 
     /// A part that the library refused; the message gains file and line.
     pub(super) fn part(error: PartError, file: &Path, place: Place) -> Failure {
-        let place = match place {
-            Place::Whole => String::new(),
-            Place::Line(line) => format!(", line {line}"),
-            Place::Byte(byte) => format!(", byte {byte}"),
-        };
-        let message = format!("{}{place}: {error}", file.display());
+        let message = format!("{}: {error}", place.within(file));
         Failure::input(Explained {
             message,
             help: error.help().map(|help| help.to_string()),

@@ -42,14 +42,9 @@ pub(super) fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), Failure> {
 }
 
 pub(super) fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
-    let place = match warning.place {
-        Place::Whole => String::new(),
-        Place::Line(line) => format!(", line {line}"),
-        Place::Byte(byte) => format!(", byte {byte}"),
-    };
     Warning {
         code: warning.code.to_owned(),
-        message: format!("{}{place}: {}", file.display(), warning.message),
+        message: format!("{}: {}", warning.place.within(file), warning.message),
     }
 }
 

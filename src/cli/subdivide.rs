@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::extract::positive;
 use super::failure::Failure;
 use super::info::figure;
-use super::input::{Warning, print_warnings};
+use super::input::{Warning, print_warnings, read_warning};
 use super::memory::peak;
 use super::progress::Progress;
 use super::run::RunArgs;
@@ -218,7 +218,7 @@ fn read(file: &Path) -> Result<Control, Failure> {
             (_, Some(vertex)) => mesh.place_of_vertex(vertex),
             _ => Place::Whole,
         };
-        let message = format!("{}{}: {error}", file.display(), at_line(place));
+        let message = format!("{}: {error}", place.within(file));
         Failure::usage(message, error.remedy())
     })?;
     let ControlMesh {
@@ -226,15 +226,7 @@ fn read(file: &Path) -> Result<Control, Failure> {
     } = mesh;
     let mut warnings: Vec<Warning> = warnings
         .iter()
-        .map(|warning| Warning {
-            code: warning.code.to_owned(),
-            message: format!(
-                "{}{}: {}",
-                file.display(),
-                at_line(warning.place),
-                warning.message
-            ),
-        })
+        .map(|warning| read_warning(file, warning))
         .collect();
     let volume = cage.volume();
     let cage = if cage.is_closed() && volume < 0.0 {
@@ -255,13 +247,6 @@ fn read(file: &Path) -> Result<Control, Failure> {
         sha256,
         warnings,
     })
-}
-
-fn at_line(place: Place) -> String {
-    match place {
-        Place::Line(line) => format!(", line {line}"),
-        _ => String::new(),
-    }
 }
 
 fn failed(error: &SubdivideError, file: &Path) -> Failure {
