@@ -249,10 +249,7 @@ fn explain(warning: OffsetWarning, distance: f64) -> Warning {
                 .to_owned(),
         ),
     };
-    Warning {
-        code: code.to_owned(),
-        message,
-    }
+    Warning { code, message }
 }
 
 fn failure(error: &OffsetError, part: &Path, command: &str) -> Failure {

@@ -260,8 +260,7 @@ impl Report {
 /// What is wrong or odd about a result.
 fn warnings(result: &Extraction, closed_over: &[ClosedOver]) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let mut warn = |code: &str, message: String| {
-        let code = code.to_owned();
+    let mut warn = |code, message: String| {
         warnings.push(Warning { code, message });
     };
     if !result.cracks.is_empty() {

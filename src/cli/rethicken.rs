@@ -174,8 +174,8 @@ impl Args {
 }
 
 fn warnings(args: &Args, loaded: &LoadedSurface, lost: &[RethickenWarning]) -> Vec<Warning> {
-    let warning = |code: &str, message: &str| Warning {
-        code: code.to_owned(),
+    let warning = |code, message: &str| Warning {
+        code,
         message: format!("{}: {message}", args.surface.display()),
     };
     let mut warnings: Vec<Warning> = (loaded.warnings.iter())

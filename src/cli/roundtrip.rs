@@ -124,10 +124,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut warnings = std::mem::take(&mut input.warnings);
     warnings.extend(result.solid.warnings.iter().map(|warning| {
         let (code, message) = explain(*warning);
-        Warning {
-            code: code.to_owned(),
-            message,
-        }
+        Warning { code, message }
     }));
 
     progress.show("writing", 0, 0);

@@ -231,7 +231,7 @@ fn read(file: &Path) -> Result<Control, Failure> {
     let volume = cage.volume();
     let cage = if cage.is_closed() && volume < 0.0 {
         warnings.push(Warning {
-            code: "inside_out".to_owned(),
+            code: "inside_out",
             message: format!(
                 "{}: the control mesh was inside out (volume {}); all faces were turned",
                 file.display(),
@@ -470,8 +470,7 @@ fn mean(values: &[f64]) -> f64 {
 /// What is wrong or odd about a solid.
 fn warnings(solid: &HollowSolid, settings: &Settings) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let mut warn = |code: &str, message: String| {
-        let code = code.to_owned();
+    let mut warn = |code, message: String| {
         warnings.push(Warning { code, message });
     };
     let free = solid.trial.fold_free(settings.scheme);

@@ -242,7 +242,7 @@ fn rounded(surface: &TriMesh) -> Option<Warning> {
         .filter(|&&p| Precision::Single.round_point(p) != p)
         .count();
     (count > 0).then(|| Warning {
-        code: "rounded".to_owned(),
+        code: "rounded",
         message: format!(
             "{count} vertices of the surface have more digits than an .stl holds and are rounded; .obj and .ply keep them"
         ),
@@ -252,7 +252,7 @@ fn rounded(surface: &TriMesh) -> Option<Warning> {
 /// Another cell than the one asked for.
 fn refined(result: &Thickened, asked: f64) -> Option<Warning> {
     (result.cell < asked).then(|| Warning {
-        code: "refined".to_owned(),
+        code: "refined",
         message: format!(
             "cells of {} do not resolve the surface's boundary; cells of {} were taken",
             figure(asked),
@@ -263,7 +263,7 @@ fn refined(result: &Thickened, asked: f64) -> Option<Warning> {
 
 fn unsound(result: &Thickened) -> Option<Warning> {
     (!result.is_sound()).then(|| Warning {
-        code: "unsound".to_owned(),
+        code: "unsound",
         message: format!(
             "the solid has {} pairs of triangles that cut each other and {} edges without two triangles; a smaller --cell may help",
             result.self_intersections, result.bad_edges
