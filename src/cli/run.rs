@@ -25,36 +25,15 @@ pub(super) struct RunArgs {
 }
 
 impl RunArgs {
-    /// Refuses outputs that could not be written, or that would overwrite an
-    /// input or each other, before any work is done. Inputs come with their
-    /// role.
+    /// [`check_names`] of the outputs and the report.
     pub(super) fn check_names(
         &self,
         inputs: &[(&Path, &'static str)],
         outputs: Vec<PathBuf>,
     ) -> Result<(), Failure> {
-        let mut named: Vec<(PathBuf, &'static str)> = inputs
-            .iter()
-            .map(|&(file, role)| (file.to_owned(), role))
-            .collect();
-        let mut outputs: Vec<(PathBuf, &'static str)> =
-            outputs.into_iter().map(|file| (file, "output")).collect();
-        outputs.extend(self.json_file().map(|file| (file.to_owned(), "report")));
-        for (file, role) in outputs {
-            check_target(&file).map_err(Failure::input)?;
-            if let Some((_, first)) = named
-                .iter()
-                .find(|(other, _)| identity(other) == identity(&file))
-            {
-                return Err(Failure::input(WriteError::NamedTwice {
-                    file,
-                    first,
-                    second: role,
-                }));
-            }
-            named.push((file, role));
-        }
-        Ok(())
+        let outputs = outputs.into_iter().map(|file| (file, "output"));
+        let report = self.json_file().map(|file| (file.to_owned(), "report"));
+        check_names(inputs, outputs.chain(report))
     }
 
     /// Sets the number of threads, before anything runs; what runs first is
@@ -98,6 +77,33 @@ impl RunArgs {
         }
         Ok(())
     }
+}
+
+/// Refuses outputs that could not be written, or that would overwrite an input
+/// or each other, before any work is done. All come with their role.
+pub(super) fn check_names(
+    inputs: &[(&Path, &'static str)],
+    outputs: impl IntoIterator<Item = (PathBuf, &'static str)>,
+) -> Result<(), Failure> {
+    let mut named: Vec<(PathBuf, &'static str)> = inputs
+        .iter()
+        .map(|&(file, role)| (file.to_owned(), role))
+        .collect();
+    for (file, role) in outputs {
+        check_target(&file).map_err(Failure::input)?;
+        if let Some((_, first)) = named
+            .iter()
+            .find(|(other, _)| identity(other) == identity(&file))
+        {
+            return Err(Failure::input(WriteError::NamedTwice {
+                file,
+                first,
+                second: role,
+            }));
+        }
+        named.push((file, role));
+    }
+    Ok(())
 }
 
 /// A name by which equal files are equal.

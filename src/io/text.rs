@@ -57,10 +57,10 @@ impl<'a> Iterator for Lines<'a> {
 }
 
 /// UTF-8 where it is valid, Latin-1 otherwise; so every byte is a character.
-pub(crate) fn decode(line: &[u8]) -> Cow<'_, str> {
-    match std::str::from_utf8(line) {
+pub(crate) fn decode(text: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(text) {
         Ok(text) => Cow::Borrowed(text),
-        Err(_) => Cow::Owned(line.iter().map(|&byte| char::from(byte)).collect()),
+        Err(_) => Cow::Owned(text.iter().map(|&byte| char::from(byte)).collect()),
     }
 }
 
