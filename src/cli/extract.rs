@@ -176,7 +176,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
 impl Args {
     fn settings(&self) -> Settings {
         Settings {
-            cell: self.cell.into(),
+            cell: self.cell.0,
             min_angle: self.angle,
             keep_fins: self.keep_fins,
             memory_limit: self.memory.memory_limit.0,

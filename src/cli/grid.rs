@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::dual_contour::Work;
+use midsurf::extract::Cell;
 use midsurf::mesh::{PartOptions, TriMesh};
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
 use serde_json::{Value, json};
@@ -163,11 +164,11 @@ pub(super) fn run(
 impl GridArgs {
     fn settings(&self, input: &Input, distance: f64) -> Result<Settings, Failure> {
         let mut settings = Settings::new(&input.part, distance);
-        settings.cell = match self.cell {
-            CellSize::Auto => settings.cell,
-            CellSize::Length(length) => length,
-            CellSize::Percent(percent) => 0.01 * percent * input.part.bounds().diagonal(),
-            CellSize::Thicknesses(_) => {
+        settings.cell = match self.cell.0 {
+            Cell::Auto => settings.cell,
+            Cell::Length(length) => length,
+            Cell::Percent(percent) => 0.01 * percent * input.part.bounds().diagonal(),
+            Cell::Thicknesses(_) => {
                 return Err(Failure::usage(
                     "a cell size in wall thicknesses means nothing here",
                     "give --cell a length, or a share of the diagonal as 0.5%",

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
+use midsurf::extract::Cell;
 use midsurf::io::{LoadedSurface, RadiusSource, read_surface};
 use midsurf::rethicken::{RethickenError, RethickenWarning, Settings, rethicken};
 use serde_json::json;
@@ -160,11 +161,11 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
 impl Args {
     fn settings(&self, loaded: &LoadedSurface) -> Settings {
         let mut settings = Settings::new(&loaded.surface);
-        settings.cell = match self.cell {
-            CellSize::Auto => settings.cell,
-            CellSize::Length(length) => length,
-            CellSize::Percent(percent) => 0.01 * percent * loaded.surface.diagonal(),
-            CellSize::Thicknesses(factor) => factor * loaded.surface.median_thickness(),
+        settings.cell = match self.cell.0 {
+            Cell::Auto => settings.cell,
+            Cell::Length(length) => length,
+            Cell::Percent(percent) => 0.01 * percent * loaded.surface.diagonal(),
+            Cell::Thicknesses(factor) => factor * loaded.surface.median_thickness(),
         };
         settings.tolerance = self.tolerance.unwrap_or(settings.tolerance);
         settings.memory_limit = self.memory.memory_limit.0;

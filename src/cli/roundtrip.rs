@@ -108,7 +108,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut input = Input::read(&args.part, args.coping.as_deref(), options)?;
     let settings = Settings {
         extract: extract::Settings {
-            cell: args.cell.into(),
+            cell: args.cell.0,
             min_angle: args.angle,
             keep_fins: false,
             memory_limit: args.memory.memory_limit.0,

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use midsurf::dual_contour::Precision;
+use midsurf::extract::Cell;
 use midsurf::mesh::TriMesh;
 use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
 use serde_json::{Value, json};
@@ -163,11 +164,11 @@ impl Args {
             SideArg::Outer => Side::Outer,
         };
         let mut settings = Settings::new(self.thickness, side);
-        settings.cell = match self.cell {
-            CellSize::Auto => settings.cell,
-            CellSize::Length(length) => length,
-            CellSize::Percent(percent) => 0.01 * percent * surface.bounds().diagonal(),
-            CellSize::Thicknesses(share) => share * self.thickness,
+        settings.cell = match self.cell.0 {
+            Cell::Auto => settings.cell,
+            Cell::Length(length) => length,
+            Cell::Percent(percent) => 0.01 * percent * surface.bounds().diagonal(),
+            Cell::Thicknesses(share) => share * self.thickness,
         };
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
