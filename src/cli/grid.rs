@@ -18,7 +18,7 @@ use super::input::{Input, Warning, print_warnings};
 use super::memory::{MemoryArgs, peak};
 use super::run::RunArgs;
 use super::say;
-use super::solid::SolidArgs;
+use super::solid::{SolidArgs, summary};
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -131,13 +131,7 @@ pub(super) fn run(
     drop(progress);
     if !args.run.quiet {
         print_warnings(&warnings);
-        say(format_args!(
-            "{} vertices, {} triangles, volume {}, area {}",
-            mesh.positions.len(),
-            mesh.triangles.len(),
-            figure(mesh.volume()),
-            figure(mesh.area())
-        ));
+        summary(&mesh);
         say(format_args!(
             "off the offset by {} at most, {} in the mean (of the distance: {} and {})",
             figure(result.centre_deviation.max),

@@ -12,12 +12,10 @@ use serde_json::json;
 use super::cell::CellSize;
 use super::failure::Failure;
 use super::grid::work_json;
-use super::info::figure;
 use super::input::{Warning, print_warnings, read_warning};
 use super::memory::{MemoryArgs, peak};
 use super::run::RunArgs;
-use super::say;
-use super::solid::SolidArgs;
+use super::solid::{SolidArgs, summary};
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -143,13 +141,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     drop(progress);
     if !args.run.quiet {
         print_warnings(&warnings);
-        say(format_args!(
-            "{} vertices, {} triangles, volume {}, area {}",
-            mesh.positions.len(),
-            mesh.triangles.len(),
-            figure(mesh.volume()),
-            figure(mesh.area())
-        ));
+        summary(mesh);
     }
     Ok(if result.work.rings.lost == 0 {
         ExitCode::SUCCESS

@@ -7,7 +7,9 @@ use midsurf::io::write::{Shade, SolidFormat, Staged, stage_solid};
 use midsurf::mesh::TriMesh;
 
 use super::failure::Failure;
+use super::info::figure;
 use super::run::RunArgs;
+use super::say;
 
 /// Files of a solid.
 #[derive(clap::Args)]
@@ -49,4 +51,15 @@ impl SolidArgs {
         let write = |file: &PathBuf| stage_solid(mesh, shade, file).map_err(Failure::output);
         self.output.iter().map(write).collect()
     }
+}
+
+/// Tells people the size of a solid.
+pub(super) fn summary(mesh: &TriMesh) {
+    say(format_args!(
+        "{} vertices, {} triangles, volume {}, area {}",
+        mesh.positions.len(),
+        mesh.triangles.len(),
+        figure(mesh.volume()),
+        figure(mesh.area())
+    ));
 }
