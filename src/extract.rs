@@ -9,10 +9,12 @@ use crate::field::Field;
 use crate::field::thickness::ThicknessProfile;
 use crate::field::walls::{Separation, Walls};
 use crate::lattice::Lattice;
+use crate::memory::TooFine;
 use crate::mesh::Part;
 use crate::mesh::midsurface::MidSurface;
 use crate::post::graph::{Crack, SheetGraph};
 use crate::post::{clean, graph};
+use crate::progress::Progress;
 use crate::trace::Tracer;
 
 /// Edge length of a lattice cell.
@@ -77,19 +79,8 @@ pub enum ExtractError {
     )]
     NoThickness,
     /// The lattice would not fit.
-    #[error(
-        "cell size {cell} needs about {cells:.0} active cells and {gigabytes:.1} GB; the smallest cell that fits is about {smallest:.4}"
-    )]
-    TooFine {
-        /// Cell asked for.
-        cell: f64,
-        /// Active cells that it would need.
-        cells: f64,
-        /// Memory that they would take.
-        gigabytes: f64,
-        /// Smallest cell within the bound.
-        smallest: f64,
-    },
+    #[error(transparent)]
+    TooFine(#[from] TooFine),
 }
 
 /// Seconds by stage and counts of work.
@@ -135,9 +126,6 @@ pub struct Extraction {
     /// What it took.
     pub work: Work,
 }
-
-/// Stages as they begin, for progress displays: stage name, done and expected.
-pub type Progress<'p> = dyn Fn(&'static str, u64, u64) + Sync + 'p;
 
 /// Extracts the mid-surface of a part.
 ///
@@ -231,12 +219,12 @@ fn lattice(
             let by_memory = (1.6 * area * BYTES_PER_CELL / settings.memory_limit as f64).sqrt();
             let by_keys =
                 (high - low).max_element() / (crate::lattice::MAX_CELLS_PER_AXIS as f64 - 8.0);
-            Err(ExtractError::TooFine {
+            Err(ExtractError::TooFine(TooFine {
                 cell,
                 cells,
                 gigabytes: bytes / 1e9,
                 smallest: by_memory.max(by_keys) * 1.01,
-            })
+            }))
         }
     }
 }

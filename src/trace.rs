@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 
 use crate::assembly::mesh::{RawMesh, RawVertex, edge};
 use crate::assembly::tet::{InnerKind, Line, TetSurface, VertexKey, solve_tet};
-use crate::extract::{Progress, Work};
+use crate::extract::Work;
 use crate::field::thickness::{maximal_ball, spread};
 use crate::field::walls::Walls;
 use crate::follow::Probe;
@@ -17,6 +17,7 @@ use crate::follow::face::{FaceContours, FaceNodeKind, FaceSeed, solve_face};
 use crate::follow::seam::Cage;
 use crate::lattice::{EdgeKey, FaceKey, Lattice, NodeKey, TetKey};
 use crate::mesh::FaceId;
+use crate::progress::Progress;
 use crate::vertices::{Crossing, NodeSample, crossings, sample_node};
 
 /// Everything found on the lattice, each under its key.

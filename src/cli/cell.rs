@@ -6,18 +6,9 @@ use std::str::FromStr;
 use midsurf::extract::Cell;
 use serde::{Serialize, Serializer};
 
-/// Edge length of the lattice cells, absolute or relative to the part.
+/// A cell size from the command line, absolute or relative to the part.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum CellSize {
-    /// The median wall thickness.
-    Auto,
-    /// Part units.
-    Length(f64),
-    /// Multiples of the median wall thickness.
-    Thicknesses(f64),
-    /// Per cent of the bounding box' diagonal.
-    Percent(f64),
-}
+pub(super) struct CellSize(pub(super) Cell);
 
 impl FromStr for CellSize {
     type Err = String;
@@ -25,18 +16,18 @@ impl FromStr for CellSize {
     fn from_str(text: &str) -> Result<CellSize, String> {
         let text = text.trim();
         if text.eq_ignore_ascii_case("auto") {
-            return Ok(CellSize::Auto);
+            return Ok(CellSize(Cell::Auto));
         }
-        let (number, make): (&str, fn(f64) -> CellSize) =
+        let (number, make): (&str, fn(f64) -> Cell) =
             if let Some(number) = text.strip_suffix(['t', 'T']) {
-                (number, CellSize::Thicknesses)
+                (number, Cell::Thicknesses)
             } else if let Some(number) = text.strip_suffix('%') {
-                (number, CellSize::Percent)
+                (number, Cell::Percent)
             } else {
-                (text, CellSize::Length)
+                (text, Cell::Length)
             };
         match number.trim().parse::<f64>() {
-            Ok(value) if value > 0.0 && value.is_finite() => Ok(make(value)),
+            Ok(value) if value > 0.0 && value.is_finite() => Ok(CellSize(make(value))),
             Ok(_) => Err("the cell size must be positive and finite".to_owned()),
             Err(_) => Err(
                 "expected a length as 1.5, wall thicknesses as 0.5t, a share of the diagonal as 1%, or auto"
@@ -48,22 +39,11 @@ impl FromStr for CellSize {
 
 impl fmt::Display for CellSize {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            CellSize::Auto => write!(f, "auto"),
-            CellSize::Length(value) => write!(f, "{value}"),
-            CellSize::Thicknesses(value) => write!(f, "{value}t"),
-            CellSize::Percent(value) => write!(f, "{value}%"),
-        }
-    }
-}
-
-impl From<CellSize> for Cell {
-    fn from(size: CellSize) -> Cell {
-        match size {
-            CellSize::Auto => Cell::Auto,
-            CellSize::Length(length) => Cell::Length(length),
-            CellSize::Thicknesses(factor) => Cell::Thicknesses(factor),
-            CellSize::Percent(percent) => Cell::Percent(percent),
+        match self.0 {
+            Cell::Auto => write!(f, "auto"),
+            Cell::Length(value) => write!(f, "{value}"),
+            Cell::Thicknesses(value) => write!(f, "{value}t"),
+            Cell::Percent(value) => write!(f, "{value}%"),
         }
     }
 }
@@ -76,18 +56,18 @@ impl Serialize for CellSize {
 
 #[cfg(test)]
 mod tests {
-    use super::CellSize;
+    use super::{Cell, CellSize};
 
     #[test]
     fn what_is_printed_can_be_read() {
         for (text, size) in [
-            ("auto", CellSize::Auto),
-            ("1.5", CellSize::Length(1.5)),
-            ("0.5t", CellSize::Thicknesses(0.5)),
-            ("2%", CellSize::Percent(2.0)),
+            ("auto", Cell::Auto),
+            ("1.5", Cell::Length(1.5)),
+            ("0.5t", Cell::Thicknesses(0.5)),
+            ("2%", Cell::Percent(2.0)),
         ] {
-            assert_eq!(text.parse(), Ok(size));
-            assert_eq!(size.to_string(), text);
+            assert_eq!(text.parse(), Ok(CellSize(size)));
+            assert_eq!(CellSize(size).to_string(), text);
         }
         for text in ["", "0", "-1", "nan", "inf", "1mm", "t", "%", "0t"] {
             assert!(text.parse::<CellSize>().is_err(), "{text}");

@@ -89,9 +89,7 @@ fn reached(
     label: &[u32],
     count: usize,
 ) -> Vec<bool> {
-    let corners = coping.faces().map(|face| coping.corners(face)).collect();
-    let flags = vec![true; coping.triangles.len()];
-    let field = Field::from_triangles(corners, coping.triangles.clone(), flags);
+    let field = Field::of_tagged(coping, vec![true; coping.triangles.len()]);
     let mut reached = vec![false; count];
     for p in border_points(surface) {
         if let Some(foot) = field.nearest_coping(p, reach) {

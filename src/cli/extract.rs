@@ -15,10 +15,9 @@ use super::cell::CellSize;
 use super::failure::Failure;
 use super::info::figure;
 use super::input::{Input, print_warnings};
-use super::memory::Bytes;
-use super::outputs;
-use super::progress::Progress;
+use super::memory::MemoryArgs;
 use super::report::{Report, Seconds};
+use super::run::RunArgs;
 use super::say;
 
 const EXAMPLES: &str = "\
@@ -72,15 +71,9 @@ pub(super) struct Args {
         allow_negative_numbers = true
     )]
     pub(super) angle: f64,
-    /// Threads to use; the result does not depend on it
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(super) threads: Option<u16>,
     /// Output file; repeat for several formats
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Vec<PathBuf>,
-    /// Write a report as JSON; `-` for stdout
-    #[arg(long, value_name = "FILE")]
-    pub(super) json: Option<PathBuf>,
     /// Print all sheets, seams, borders and junctions to stdout, sorted by place
     #[arg(long)]
     list: bool,
@@ -93,22 +86,15 @@ pub(super) struct Args {
     /// Merge vertices of the part within this distance
     #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
     pub(super) weld: Option<f64>,
-    /// Refuse cells so small that the lattice would need more memory than this
-    #[arg(
-        long,
-        value_name = "SIZE",
-        default_value = "8G",
-        allow_negative_numbers = true
-    )]
-    pub(super) memory_limit: Bytes,
+    #[command(flatten)]
+    pub(super) memory: MemoryArgs,
     /// Write seams and borders into OBJ files too, as lines
     #[arg(long)]
     pub(super) obj_lines: bool,
-    /// Print errors and nothing else
-    #[arg(short, long, conflicts_with = "verbose")]
-    quiet: bool,
+    #[command(flatten)]
+    run: RunArgs,
     /// Print more; twice for all
-    #[arg(short, long, action = clap::ArgAction::Count)]
+    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     verbose: u8,
 }
 
@@ -128,23 +114,21 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     check_names(&args)?;
-    if args.list && outputs::to_stdout(args.json.as_deref()) {
+    if args.list && args.run.reports_to_stdout() {
         return Err(Failure::usage(
             "--list and `--json -` both want standard output",
             "give the report a file: --json FILE",
         ));
     }
-    outputs::use_threads(args.threads);
     let start = Instant::now();
-    let progress = Progress::new(args.quiet);
-    progress.show("reading", 0, 0);
+    let progress = args.run.start();
     let options = PartOptions {
         allow_open: args.allow_open,
         weld: args.weld,
     };
     let input = Input::read(&args.part, args.coping.as_deref(), options)?;
     let read = start.elapsed().as_secs_f64();
-    if !args.quiet {
+    if !args.run.quiet {
         progress.aside(|| print_warnings(&input.warnings));
     }
     if args.verbose > 0 {
@@ -169,14 +153,14 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     };
     let report = Report::new(&input, &result, seconds);
     let report_json = report.json(&args, &input, &result);
-    outputs::finish(args.json.as_deref(), staged, &report_json)?;
+    args.run.finish(staged, &report_json)?;
     drop(progress);
     if args.list {
         let mut out = io::stdout().lock();
         out.write_all(listing(&result.surface, &result.graph).as_bytes())?;
         out.flush()?;
     }
-    if !args.quiet {
+    if !args.run.quiet {
         print_warnings(&report.warnings);
         for line in report.summary(&result, args.verbose) {
             say(format_args!("{line}"));
@@ -192,10 +176,10 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
 impl Args {
     fn settings(&self) -> Settings {
         Settings {
-            cell: self.cell.into(),
+            cell: self.cell.0,
             min_angle: self.angle,
             keep_fins: self.keep_fins,
-            memory_limit: self.memory_limit.0,
+            memory_limit: self.memory.memory_limit.0,
         }
     }
 }
@@ -231,7 +215,7 @@ fn check_names(args: &Args) -> Result<(), Failure> {
     for output in &args.output {
         files.extend(files_for(output).map_err(Failure::input)?);
     }
-    outputs::check_names(&inputs, files, args.json.as_deref())
+    args.run.check_names(&inputs, files)
 }
 
 /// Writes the surface under passing names.

@@ -5,10 +5,15 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+use midsurf::dual_contour::GridError;
 use midsurf::extract::ExtractError;
 use midsurf::io::{LoadedMesh, Place};
 use midsurf::mesh::PartError;
 use miette::{Diagnostic, Report};
+
+/// Help for cells that would not fit into memory.
+const TOO_FINE: &str =
+    "take a larger --cell, or raise --memory-limit if the machine has more memory";
 
 /// A failed command.
 pub(super) enum Failure {
@@ -28,12 +33,7 @@ impl Failure {
 
     /// A part that the library refused; the message gains file and line.
     pub(super) fn part(error: PartError, file: &Path, place: Place) -> Failure {
-        let place = match place {
-            Place::Whole => String::new(),
-            Place::Line(line) => format!(", line {line}"),
-            Place::Byte(byte) => format!(", byte {byte}"),
-        };
-        let message = format!("{}{place}: {error}", file.display());
+        let message = format!("{}: {error}", place.within(file));
         Failure::input(Explained {
             message,
             help: error.help().map(|help| help.to_string()),
@@ -55,14 +55,20 @@ impl Failure {
             ExtractError::NoThickness => {
                 "`midsurf tags PART TAGS` shows what is tagged; --cell takes a length"
             }
-            ExtractError::TooFine { .. } => {
-                "take a larger --cell, or raise --memory-limit if the machine has more memory"
-            }
+            ExtractError::TooFine(_) => TOO_FINE,
         };
         Failure::input(Explained {
             message: format!("{}: {error}", file.display()),
             help: Some(help.to_owned()),
         })
+    }
+
+    /// A grid that is refused: what to do about it.
+    pub(super) fn grid_help(error: &GridError) -> &'static str {
+        match error {
+            GridError::TooFine(_) => TOO_FINE,
+            GridError::NoGrid { .. } => "move it nearer to the origin, or take a larger --cell",
+        }
     }
 
     /// A result that could not be written.

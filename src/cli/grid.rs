@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::{GridError, Precision, Work};
-use midsurf::io::write::{SolidFormat, stage_solid};
+use midsurf::dual_contour::Work;
+use midsurf::extract::Cell;
 use midsurf::mesh::{PartOptions, TriMesh};
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
 use serde_json::{Value, json};
@@ -15,10 +15,10 @@ use super::cell::CellSize;
 use super::failure::Failure;
 use super::info::figure;
 use super::input::{Input, Warning, print_warnings};
-use super::memory::{Bytes, peak};
-use super::outputs;
-use super::progress::Progress;
+use super::memory::{MemoryArgs, peak};
+use super::run::RunArgs;
 use super::say;
+use super::solid::{SolidArgs, summary};
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -39,31 +39,17 @@ pub(super) struct GridArgs {
     /// Split chords that stray farther than this from the offset [default: 0.2% of the distance]
     #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Output file (.stl, .obj, .ply); repeat for several formats
-    #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
-    /// Write a report as JSON; `-` for stdout
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Threads to use; the result does not depend on it
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    solid: SolidArgs,
     /// Merge vertices of the part within this distance
     #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
     weld: Option<f64>,
-    /// Refuse cells so small that the grid would need more memory than this
-    #[arg(
-        long,
-        value_name = "SIZE",
-        default_value = "8G",
-        allow_negative_numbers = true
-    )]
-    memory_limit: Bytes,
-    /// Print errors and nothing else
-    #[arg(short, long, conflicts_with = "verbose")]
-    quiet: bool,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
+    run: RunArgs,
     /// Print what each stage took and left
-    #[arg(short, long)]
+    #[arg(short, long, conflicts_with = "quiet")]
     verbose: bool,
 }
 
@@ -74,18 +60,10 @@ pub(super) fn run(
     distance: f64,
     finish: impl Fn(&Input, TriMesh) -> TriMesh,
 ) -> Result<ExitCode, Failure> {
-    for file in &args.output {
-        SolidFormat::of(file).map_err(Failure::input)?;
-    }
-    outputs::check_names(
-        &[(args.part.as_path(), "part")],
-        args.output.clone(),
-        args.json.as_deref(),
-    )?;
-    outputs::use_threads(args.threads);
+    let inputs = [(args.part.as_path(), "part")];
+    args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = Progress::new(args.quiet);
-    progress.show("reading", 0, 0);
+    let progress = args.run.start();
     let options = PartOptions {
         allow_open: false,
         weld: args.weld,
@@ -97,24 +75,20 @@ pub(super) fn run(
 
     let settings = args.settings(&input, distance)?;
     let show = |stage, done, expected| progress.show(stage, done, expected);
-    let result = offset(&input.part, &settings, &show)
+    let mut result = offset(&input.part, &settings, &show)
         .map_err(|error| failure(&error, &args.part, command))?;
     let mut warnings = std::mem::take(&mut input.warnings);
     warnings.extend(result.warnings.iter().map(|w| explain(*w, distance)));
 
     progress.show("writing", 0, 0);
     let begin = Instant::now();
-    let figures = Figures::of(&result);
-    let mesh = finish(&input, result.mesh);
-    let mut staged = Vec::new();
-    for file in &args.output {
-        staged.push(stage_solid(&mesh, None, file).map_err(Failure::output)?);
-    }
+    let mesh = finish(&input, std::mem::take(&mut result.mesh));
+    let staged = args.solid.stage(&mesh, None)?;
     let seconds = json!({
         "read": read_seconds,
-        "field": figures.field_seconds,
-        "band": figures.work.band_seconds,
-        "contour": figures.work.contour_seconds,
+        "field": result.field_seconds,
+        "band": result.work.band_seconds,
+        "contour": result.work.contour_seconds,
         "write": begin.elapsed().as_secs_f64(),
         "total": start.elapsed().as_secs_f64(),
     });
@@ -134,11 +108,8 @@ pub(super) fn run(
             "cell": args.cell,
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
-            "precision": match settings.precision {
-                Precision::Double => "double",
-                Precision::Single => "single",
-            },
-            "memory_limit": args.memory_limit,
+            "precision": settings.precision,
+            "memory_limit": args.memory.memory_limit,
             "threads": rayon::current_num_threads(),
             "weld": args.weld,
         },
@@ -147,44 +118,38 @@ pub(super) fn run(
             "triangles": mesh.triangles.len(),
             "volume": mesh.volume(),
             "area": mesh.area(),
-            "corner_deviation": figures.corner_deviation,
-            "centre_deviation": figures.centre_deviation,
+            "corner_deviation": result.corner_deviation,
+            "centre_deviation": result.centre_deviation,
         },
-        "work": work_json(&figures.work),
+        "work": work_json(&result.work),
         "seconds": seconds,
         "peak_memory": peak(),
-        "outputs": args.output,
+        "outputs": args.solid.output,
         "warnings": warnings,
     });
-    outputs::finish(args.json.as_deref(), staged, &report)?;
+    args.run.finish(staged, &report)?;
     drop(progress);
-    if !args.quiet {
+    if !args.run.quiet {
         print_warnings(&warnings);
-        say(format_args!(
-            "{} vertices, {} triangles, volume {}, area {}",
-            mesh.positions.len(),
-            mesh.triangles.len(),
-            figure(mesh.volume()),
-            figure(mesh.area())
-        ));
+        summary(&mesh);
         say(format_args!(
             "off the offset by {} at most, {} in the mean (of the distance: {} and {})",
-            figure(figures.centre_deviation.max),
-            figure(figures.centre_deviation.mean),
-            figure(figures.centre_deviation.max / distance.abs()),
-            figure(figures.centre_deviation.mean / distance.abs()),
+            figure(result.centre_deviation.max),
+            figure(result.centre_deviation.mean),
+            figure(result.centre_deviation.max / distance.abs()),
+            figure(result.centre_deviation.mean / distance.abs()),
         ));
     }
     if args.verbose {
-        figures.print();
+        details(&result);
     }
-    Ok(if figures.work.rings.lost == 0 {
+    Ok(if result.work.rings.lost == 0 {
         ExitCode::SUCCESS
     } else {
         // Only an inside that is told wrongly could bring that about.
         say(format_args!(
             "warning: the result has holes at {} grid edges",
-            figures.work.rings.lost
+            result.work.rings.lost
         ));
         ExitCode::from(1)
     })
@@ -193,11 +158,11 @@ pub(super) fn run(
 impl GridArgs {
     fn settings(&self, input: &Input, distance: f64) -> Result<Settings, Failure> {
         let mut settings = Settings::new(&input.part, distance);
-        settings.cell = match self.cell {
-            CellSize::Auto => settings.cell,
-            CellSize::Length(length) => length,
-            CellSize::Percent(percent) => 0.01 * percent * input.part.bounds().diagonal(),
-            CellSize::Thicknesses(_) => {
+        settings.cell = match self.cell.0 {
+            Cell::Auto => settings.cell,
+            Cell::Length(length) => length,
+            Cell::Percent(percent) => 0.01 * percent * input.part.bounds().diagonal(),
+            Cell::Thicknesses(_) => {
                 return Err(Failure::usage(
                     "a cell size in wall thicknesses means nothing here",
                     "give --cell a length, or a share of the diagonal as 0.5%",
@@ -207,61 +172,39 @@ impl GridArgs {
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }
-        settings.memory_limit = self.memory_limit.0;
-        let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
-        if self.output.iter().any(single) {
-            settings.precision = Precision::Single;
-        }
+        settings.memory_limit = self.memory.memory_limit.0;
+        settings.precision = self.solid.precision();
         Ok(settings)
     }
 }
 
-/// Figures of an offset without its mesh.
-struct Figures {
-    corner_deviation: midsurf::offset::Deviation,
-    centre_deviation: midsurf::offset::Deviation,
-    field_seconds: f64,
-    work: Work,
-}
-
-impl Figures {
-    fn of(result: &Offset) -> Figures {
-        Figures {
-            corner_deviation: result.corner_deviation,
-            centre_deviation: result.centre_deviation,
-            field_seconds: result.field_seconds,
-            work: result.work,
-        }
-    }
-
-    /// What each stage took and left, for `--verbose`.
-    fn print(&self) {
-        let f = &self.work.filters;
-        let c = &self.work.crossings;
-        say(format_args!(
-            "nodes: {} in the grid, {} after boxes, {} after signs; {} distances ({} of them for boxes), {} valid",
-            f.nodes, f.after_boxes, f.after_signs, f.distances, f.box_tests, f.valid
-        ));
-        let share = |n: u64| 100.0 * n as f64 / c.edges.max(1) as f64;
-        let upto: u64 = c.by_splits[..=6].iter().sum();
-        say(format_args!(
-            "crossings: {}; {:.1}% at once, {:.1}% after one split, {:.1}% after two, {:.1}% within six",
-            c.edges,
-            share(c.by_splits[0]),
-            share(c.by_splits[1]),
-            share(c.by_splits[2]),
-            share(upto)
-        ));
-        let [cells, faces, edges] = self.work.vertices;
-        say(format_args!(
-            "vertices: {cells} in cells, {faces} on faces, {edges} on edges, {} mended; {} closest-point queries",
-            self.work.mends.split, self.work.queries
-        ));
-        say(format_args!(
-            "seconds: field {:.3}, band {:.3}, contour {:.3}",
-            self.field_seconds, self.work.band_seconds, self.work.contour_seconds
-        ));
-    }
+/// What each stage took and left, for `--verbose`.
+fn details(result: &Offset) {
+    let f = &result.work.filters;
+    let c = &result.work.crossings;
+    say(format_args!(
+        "nodes: {} in the grid, {} after boxes, {} after signs; {} distances ({} of them for boxes), {} valid",
+        f.nodes, f.after_boxes, f.after_signs, f.distances, f.box_tests, f.valid
+    ));
+    let share = |n: u64| 100.0 * n as f64 / c.edges.max(1) as f64;
+    let upto: u64 = c.by_splits[..=6].iter().sum();
+    say(format_args!(
+        "crossings: {}; {:.1}% at once, {:.1}% after one split, {:.1}% after two, {:.1}% within six",
+        c.edges,
+        share(c.by_splits[0]),
+        share(c.by_splits[1]),
+        share(c.by_splits[2]),
+        share(upto)
+    ));
+    let [cells, faces, edges] = result.work.vertices;
+    say(format_args!(
+        "vertices: {cells} in cells, {faces} on faces, {edges} on edges, {} mended; {} closest-point queries",
+        result.work.mends.split, result.work.queries
+    ));
+    say(format_args!(
+        "seconds: field {:.3}, band {:.3}, contour {:.3}",
+        result.field_seconds, result.work.band_seconds, result.work.contour_seconds
+    ));
 }
 
 /// The grid's work, for reports.
@@ -301,10 +244,7 @@ fn explain(warning: OffsetWarning, distance: f64) -> Warning {
                 .to_owned(),
         ),
     };
-    Warning {
-        code: code.to_owned(),
-        message,
-    }
+    Warning { code, message }
 }
 
 fn failure(error: &OffsetError, part: &Path, command: &str) -> Failure {
@@ -317,12 +257,7 @@ fn failure(error: &OffsetError, part: &Path, command: &str) -> Failure {
         OffsetError::BadCell(_) => "give --cell a positive length, or leave it away",
         OffsetError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
         OffsetError::Open => "`midsurf info PART` counts the open edges",
-        OffsetError::Grid(GridError::TooFine { .. }) => {
-            "take a larger --cell, or raise --memory-limit if the machine has more memory"
-        }
-        OffsetError::Grid(GridError::NoGrid { .. }) => {
-            "move the part nearer to the origin, or take a larger --cell"
-        }
+        OffsetError::Grid(error) => Failure::grid_help(error),
         OffsetError::Empty(_) => {
             return Failure::no_result(message, "take a smaller distance or a smaller --cell");
         }

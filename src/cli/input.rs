@@ -14,7 +14,7 @@ use super::say;
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Warning {
     /// Stable.
-    pub(super) code: String,
+    pub(super) code: &'static str,
     pub(super) message: String,
 }
 
@@ -42,14 +42,9 @@ pub(super) fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), Failure> {
 }
 
 pub(super) fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
-    let place = match warning.place {
-        Place::Whole => String::new(),
-        Place::Line(line) => format!(", line {line}"),
-        Place::Byte(byte) => format!(", byte {byte}"),
-    };
     Warning {
-        code: warning.code.to_owned(),
-        message: format!("{}{place}: {}", file.display(), warning.message),
+        code: warning.code,
+        message: format!("{}: {}", warning.place.within(file), warning.message),
     }
 }
 
@@ -67,7 +62,7 @@ pub(super) fn load_tags(
         .warnings
         .iter()
         .map(|message| Warning {
-            code: "empty_rule".to_owned(),
+            code: "empty_rule",
             message: format!("{}: {message}", file.display()),
         })
         .collect();
@@ -99,7 +94,7 @@ impl Input {
                 }
             })?;
         warnings.extend(more.iter().map(|warning| Warning {
-            code: warning.code().to_owned(),
+            code: warning.code(),
             message: format!("{}: {warning}", file.display()),
         }));
         Ok(Input {

@@ -9,6 +9,19 @@ use serde::{Serialize, Serializer};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Bytes(pub(super) u64);
 
+/// Bound on the memory that cells take.
+#[derive(clap::Args)]
+pub(super) struct MemoryArgs {
+    /// Refuse cells so small that they would need more memory than this
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "8G",
+        allow_negative_numbers = true
+    )]
+    pub(super) memory_limit: Bytes,
+}
+
 /// Letters and how many times 1024 they stand for.
 const UNITS: [(char, i32); 4] = [('K', 1), ('M', 2), ('G', 3), ('T', 4)];
 

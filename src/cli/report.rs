@@ -91,7 +91,7 @@ impl Report {
                 "cell_length": work.cell,
                 "angle": args.angle,
                 "keep_fins": args.keep_fins,
-                "memory_limit": args.memory_limit,
+                "memory_limit": args.memory.memory_limit,
                 "threads": rayon::current_num_threads(),
                 "allow_open": args.allow_open,
                 "weld": args.weld,
@@ -260,8 +260,7 @@ impl Report {
 /// What is wrong or odd about a result.
 fn warnings(result: &Extraction, closed_over: &[ClosedOver]) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let mut warn = |code: &str, message: String| {
-        let code = code.to_owned();
+    let mut warn = |code, message: String| {
         warnings.push(Warning { code, message });
     };
     if !result.cracks.is_empty() {

@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::{GridError, Precision};
-use midsurf::io::write::{SolidFormat, stage_solid};
+use midsurf::extract::Cell;
 use midsurf::io::{LoadedSurface, RadiusSource, read_surface};
 use midsurf::rethicken::{RethickenError, RethickenWarning, Settings, rethicken};
 use serde_json::json;
@@ -13,12 +12,10 @@ use serde_json::json;
 use super::cell::CellSize;
 use super::failure::Failure;
 use super::grid::work_json;
-use super::info::figure;
 use super::input::{Warning, print_warnings, read_warning};
-use super::memory::{Bytes, peak};
-use super::outputs;
-use super::progress::Progress;
-use super::say;
+use super::memory::{MemoryArgs, peak};
+use super::run::RunArgs;
+use super::solid::{SolidArgs, summary};
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -62,43 +59,24 @@ pub(super) struct Args {
     /// Split chords that stray farther than this from the solid [default: 0.1% of the median thickness]
     #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Output file (.stl, .obj, .ply); repeat for several formats
-    #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
-    /// Write a report as JSON; `-` for stdout
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Threads to use; the result does not depend on it
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
-    /// Refuse cells so small that the grid would need more memory than this
-    #[arg(
-        long,
-        value_name = "SIZE",
-        default_value = "8G",
-        allow_negative_numbers = true
-    )]
-    memory_limit: Bytes,
-    /// Print errors and nothing else
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    solid: SolidArgs,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
+    run: RunArgs,
 }
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
-    for file in &args.output {
-        SolidFormat::of(file).map_err(Failure::input)?;
-    }
     let mut inputs = vec![(args.surface.as_path(), "mid-surface")];
     inputs.extend(
         args.thickness
             .iter()
             .map(|file| (file.as_path(), "thickness")),
     );
-    outputs::check_names(&inputs, args.output.clone(), args.json.as_deref())?;
-    outputs::use_threads(args.threads);
+    args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = Progress::new(args.quiet);
-    progress.show("reading", 0, 0);
+    let progress = args.run.start();
     let loaded = read_surface(&args.surface, args.thickness.as_deref(), args.round_borders)
         .map_err(Failure::input)?;
     let read_seconds = start.elapsed().as_secs_f64();
@@ -111,10 +89,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     progress.show("writing", 0, 0);
     let begin = Instant::now();
     let mesh = &result.mesh;
-    let mut staged = Vec::new();
-    for file in &args.output {
-        staged.push(stage_solid(mesh, None, file).map_err(Failure::output)?);
-    }
+    let staged = args.solid.stage(mesh, None)?;
     let (source, exact) = match &loaded.radius {
         RadiusSource::Radius(file) => (file, true),
         RadiusSource::HalfThickness(file) => (file, false),
@@ -138,12 +113,9 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             "cell": args.cell,
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
-            "precision": match settings.precision {
-                Precision::Double => "double",
-                Precision::Single => "single",
-            },
+            "precision": settings.precision,
             "round_borders": args.round_borders,
-            "memory_limit": args.memory_limit,
+            "memory_limit": args.memory.memory_limit,
             "threads": rayon::current_num_threads(),
         },
         "result": {
@@ -162,20 +134,14 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             "total": start.elapsed().as_secs_f64(),
         },
         "peak_memory": peak(),
-        "outputs": args.output,
+        "outputs": args.solid.output,
         "warnings": warnings,
     });
-    outputs::finish(args.json.as_deref(), staged, &report)?;
+    args.run.finish(staged, &report)?;
     drop(progress);
-    if !args.quiet {
+    if !args.run.quiet {
         print_warnings(&warnings);
-        say(format_args!(
-            "{} vertices, {} triangles, volume {}, area {}",
-            mesh.positions.len(),
-            mesh.triangles.len(),
-            figure(mesh.volume()),
-            figure(mesh.area())
-        ));
+        summary(mesh);
     }
     Ok(if result.work.rings.lost == 0 {
         ExitCode::SUCCESS
@@ -187,25 +153,22 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
 impl Args {
     fn settings(&self, loaded: &LoadedSurface) -> Settings {
         let mut settings = Settings::new(&loaded.surface);
-        settings.cell = match self.cell {
-            CellSize::Auto => settings.cell,
-            CellSize::Length(length) => length,
-            CellSize::Percent(percent) => 0.01 * percent * loaded.surface.diagonal(),
-            CellSize::Thicknesses(factor) => factor * loaded.surface.median_thickness(),
+        settings.cell = match self.cell.0 {
+            Cell::Auto => settings.cell,
+            Cell::Length(length) => length,
+            Cell::Percent(percent) => 0.01 * percent * loaded.surface.diagonal(),
+            Cell::Thicknesses(factor) => factor * loaded.surface.median_thickness(),
         };
         settings.tolerance = self.tolerance.unwrap_or(settings.tolerance);
-        settings.memory_limit = self.memory_limit.0;
-        let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
-        if self.output.iter().any(single) {
-            settings.precision = Precision::Single;
-        }
+        settings.memory_limit = self.memory.memory_limit.0;
+        settings.precision = self.solid.precision();
         settings
     }
 }
 
 fn warnings(args: &Args, loaded: &LoadedSurface, lost: &[RethickenWarning]) -> Vec<Warning> {
-    let warning = |code: &str, message: &str| Warning {
-        code: code.to_owned(),
+    let warning = |code, message: &str| Warning {
+        code,
         message: format!("{}: {message}", args.surface.display()),
     };
     let mut warnings: Vec<Warning> = (loaded.warnings.iter())
@@ -247,12 +210,7 @@ pub(super) fn failure(error: &RethickenError, file: &Path) -> Failure {
     let help = match error {
         RethickenError::BadCell(_) => "give --cell a positive length, or leave it away",
         RethickenError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
-        RethickenError::Grid(GridError::TooFine { .. }) => {
-            "take a larger --cell, or raise --memory-limit if the machine has more memory"
-        }
-        RethickenError::Grid(GridError::NoGrid { .. }) => {
-            "move the surface nearer to the origin, or take a larger --cell"
-        }
+        RethickenError::Grid(error) => Failure::grid_help(error),
         RethickenError::Empty(_) => {
             return Failure::no_result(message, "take a smaller --cell");
         }

@@ -17,10 +17,9 @@ use super::failure::Failure;
 use super::grid::work_json;
 use super::info::figure;
 use super::input::{Input, Warning, print_warnings};
-use super::memory::{Bytes, peak};
-use super::outputs;
-use super::progress::Progress;
+use super::memory::{MemoryArgs, peak};
 use super::rethicken::{self, explain};
+use super::run::RunArgs;
 use super::say;
 
 /// Version of the JSON report's layout; raised when a reader must change.
@@ -79,26 +78,13 @@ pub(super) struct Args {
     /// Write the solid (.stl, .obj, .ply)
     #[arg(long, value_name = "FILE")]
     solid: Option<PathBuf>,
-    /// Write a report as JSON; `-` for stdout
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Threads to use; the result does not depend on it
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
     /// Merge vertices of the part within this distance
     #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
     weld: Option<f64>,
-    /// Refuse cells so small that lattice or grid would need more memory than this
-    #[arg(
-        long,
-        value_name = "SIZE",
-        default_value = "8G",
-        allow_negative_numbers = true
-    )]
-    memory_limit: Bytes,
-    /// Print errors and nothing else
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
+    run: RunArgs,
 }
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
@@ -112,11 +98,9 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             .map(|file| (file.as_path(), "coping tags")),
     );
     let files = args.output.iter().chain(&args.solid).cloned().collect();
-    outputs::check_names(&inputs, files, args.json.as_deref())?;
-    outputs::use_threads(args.threads);
+    args.run.check_names(&inputs, files)?;
     let start = Instant::now();
-    let progress = Progress::new(args.quiet);
-    progress.show("reading", 0, 0);
+    let progress = args.run.start();
     let options = PartOptions {
         allow_open: false,
         weld: args.weld,
@@ -124,13 +108,13 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut input = Input::read(&args.part, args.coping.as_deref(), options)?;
     let settings = Settings {
         extract: extract::Settings {
-            cell: args.cell.into(),
+            cell: args.cell.0,
             min_angle: args.angle,
             keep_fins: false,
-            memory_limit: args.memory_limit.0,
+            memory_limit: args.memory.memory_limit.0,
         },
         solid_cell: args.solid_cell,
-        memory_limit: args.memory_limit.0,
+        memory_limit: args.memory.memory_limit.0,
     };
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result = roundtrip(&input.part, &settings, &show).map_err(|error| match &error {
@@ -140,10 +124,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut warnings = std::mem::take(&mut input.warnings);
     warnings.extend(result.solid.warnings.iter().map(|warning| {
         let (code, message) = explain(*warning);
-        Warning {
-            code: code.to_owned(),
-            message,
-        }
+        Warning { code, message }
     }));
 
     progress.show("writing", 0, 0);
@@ -175,7 +156,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
             "angle": args.angle,
             "solid_cell_length": result.solid_settings.cell,
             "solid_tolerance": result.solid_settings.tolerance,
-            "memory_limit": args.memory_limit,
+            "memory_limit": args.memory.memory_limit,
             "threads": rayon::current_num_threads(),
             "weld": args.weld,
         },
@@ -197,9 +178,9 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         "outputs": args.output.iter().chain(&args.solid).collect::<Vec<_>>(),
         "warnings": warnings,
     });
-    outputs::finish(args.json.as_deref(), staged, &report)?;
+    args.run.finish(staged, &report)?;
     drop(progress);
-    if !args.quiet {
+    if !args.run.quiet {
         print_warnings(&warnings);
         summary(&result);
     }

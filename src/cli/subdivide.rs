@@ -5,10 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::Precision;
-use midsurf::io::write::{Shade, SolidFormat, Staged, WriteError, stage_solid};
+use midsurf::io::write::Shade;
 use midsurf::io::{ControlMesh, Place, read_control};
-use midsurf::mesh::TriMesh;
 use midsurf::subdivide::{
     Boundary, Cage, ContourError, ContourSettings, FoldFree, HollowSolid, Level, MOST_LEVELS,
     MOST_SAMPLES, Scheme, Settings, SubdivideError, Trial, contour, hollow_out, interpolate,
@@ -18,11 +16,12 @@ use serde_json::{Value, json};
 use super::extract::positive;
 use super::failure::Failure;
 use super::info::figure;
-use super::input::{Warning, print_warnings};
+use super::input::{Warning, print_warnings, read_warning};
 use super::memory::peak;
-use super::outputs;
 use super::progress::Progress;
+use super::run::RunArgs;
 use super::say;
+use super::solid::SolidArgs;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -81,20 +80,12 @@ pub(super) struct Args {
     /// Instead of a solid, the surface that passes through the control vertices
     #[arg(long, conflicts_with_all = ["thickness", "tolerance", "scheme"])]
     interpolate: bool,
-    /// Threads to use; the result does not depend on it
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
-    /// Output file; repeat for several formats
-    #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
-    /// Write a report as JSON; `-` for stdout
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Print errors and nothing else
-    #[arg(short, long, conflicts_with = "verbose")]
-    quiet: bool,
+    #[command(flatten)]
+    solid: SolidArgs,
+    #[command(flatten)]
+    run: RunArgs,
     /// Print more
-    #[arg(short, long, action = clap::ArgAction::Count)]
+    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     verbose: u8,
 }
 
@@ -148,13 +139,12 @@ struct Control {
 }
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
-    check_names(&args)?;
-    outputs::use_threads(args.threads);
+    let inputs = [(args.control.as_path(), "control mesh")];
+    args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = Progress::new(args.quiet);
-    progress.show("reading", 0, 0);
+    let progress = args.run.start();
     let control = read(&args.control)?;
-    if !args.quiet {
+    if !args.run.quiet {
         progress.aside(|| print_warnings(&control.warnings));
     }
     let read = start.elapsed().as_secs_f64();
@@ -182,7 +172,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
 
     show("writing");
     let thickness = [solid.thickness.as_slice(), &solid.thickness].concat();
-    let staged = stage_all(&args, &solid.hollow.mesh, &thickness)?;
+    let staged = args.solid.stage(&solid.hollow.mesh, shade(&thickness))?;
     let warnings = warnings(&solid, &settings);
     show("report");
     let seconds = json!({
@@ -194,9 +184,9 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     report["seconds"] = seconds;
     report["peak_memory"] = json!(peak());
     report["warnings"] = json!([&control.warnings[..], &warnings].concat());
-    outputs::finish(args.json.as_deref(), staged, &report)?;
+    args.run.finish(staged, &report)?;
     drop(progress);
-    if !args.quiet {
+    if !args.run.quiet {
         print_warnings(&warnings);
         summary(&solid, &settings, args.verbose);
     }
@@ -228,7 +218,7 @@ fn read(file: &Path) -> Result<Control, Failure> {
             (_, Some(vertex)) => mesh.place_of_vertex(vertex),
             _ => Place::Whole,
         };
-        let message = format!("{}{}: {error}", file.display(), at_line(place));
+        let message = format!("{}: {error}", place.within(file));
         Failure::usage(message, error.remedy())
     })?;
     let ControlMesh {
@@ -236,20 +226,12 @@ fn read(file: &Path) -> Result<Control, Failure> {
     } = mesh;
     let mut warnings: Vec<Warning> = warnings
         .iter()
-        .map(|warning| Warning {
-            code: warning.code.to_owned(),
-            message: format!(
-                "{}{}: {}",
-                file.display(),
-                at_line(warning.place),
-                warning.message
-            ),
-        })
+        .map(|warning| read_warning(file, warning))
         .collect();
     let volume = cage.volume();
     let cage = if cage.is_closed() && volume < 0.0 {
         warnings.push(Warning {
-            code: "inside_out".to_owned(),
+            code: "inside_out",
             message: format!(
                 "{}: the control mesh was inside out (volume {}); all faces were turned",
                 file.display(),
@@ -265,13 +247,6 @@ fn read(file: &Path) -> Result<Control, Failure> {
         sha256,
         warnings,
     })
-}
-
-fn at_line(place: Place) -> String {
-    match place {
-        Place::Line(line) => format!(", line {line}"),
-        _ => String::new(),
-    }
 }
 
 fn failed(error: &SubdivideError, file: &Path) -> Failure {
@@ -302,7 +277,6 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
             "say with --levels and --samples how finely to divide the surface",
         ));
     }
-    let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
     let settings = ContourSettings {
         // Clap asks for it unless --interpolate is given.
         thickness: args.thickness.unwrap_or_default(),
@@ -310,11 +284,7 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
         level: args.levels.unwrap_or(1),
         boundary: args.boundary(),
         cell: args.cell,
-        precision: if args.output.iter().any(single) {
-            Precision::Single
-        } else {
-            Precision::Double
-        },
+        precision: args.solid.precision(),
     };
     let show = |stage, done, total| progress.show(stage, done, total);
     let solid = contour(&control.cage, &settings, &show).map_err(|error| {
@@ -327,7 +297,7 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
         }
     })?;
     progress.show("writing", 0, 0);
-    let staged = stage_all(args, &solid.mesh, &solid.thickness)?;
+    let staged = args.solid.stage(&solid.mesh, shade(&solid.thickness))?;
     let [least, most] = range(&solid.thickness);
     let report = json!({
         "schema": SCHEMA,
@@ -349,11 +319,11 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
             "intersections": solid.intersections.len(),
         },
         "peak_memory": peak(),
-        "outputs": args.output,
+        "outputs": args.solid.output,
         "warnings": control.warnings,
     });
-    outputs::finish(args.json.as_deref(), staged, &report)?;
-    if !args.quiet {
+    args.run.finish(staged, &report)?;
+    if !args.run.quiet {
         say(format_args!("levels       {}", solid.level));
         say(format_args!(
             "solid        {} vertices, {} triangles, volume {}",
@@ -381,7 +351,7 @@ fn through(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCo
     let level = args.levels.unwrap_or(0);
     let (mesh, level) = interpolate(&control.cage, level, samples, args.boundary())
         .map_err(|error| failed(&error, &args.control))?;
-    let staged = stage_all(args, &mesh, &[])?;
+    let staged = args.solid.stage(&mesh, None)?;
     let report = json!({
         "schema": SCHEMA,
         "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
@@ -392,11 +362,11 @@ fn through(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCo
             "vertices": mesh.positions.len(),
             "triangles": mesh.triangles.len(),
         },
-        "outputs": args.output,
+        "outputs": args.solid.output,
         "warnings": control.warnings,
     });
-    outputs::finish(args.json.as_deref(), staged, &report)?;
-    if !args.quiet {
+    args.run.finish(staged, &report)?;
+    if !args.run.quiet {
         say(format_args!("levels       {level}"));
         say(format_args!(
             "mesh         {} vertices, {} triangles",
@@ -474,7 +444,7 @@ fn report(args: &Args, control: &Control, settings: &Settings, solid: &HollowSol
                 .map(|(a, b)| [a.0, b.0]).collect::<Vec<_>>(),
         },
         "levels_tried": solid.trials.iter().map(trial).collect::<Vec<Value>>(),
-        "outputs": args.output,
+        "outputs": args.solid.output,
     })
 }
 
@@ -500,8 +470,7 @@ fn mean(values: &[f64]) -> f64 {
 /// What is wrong or odd about a solid.
 fn warnings(solid: &HollowSolid, settings: &Settings) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let mut warn = |code: &str, message: String| {
-        let code = code.to_owned();
+    let mut warn = |code, message: String| {
         warnings.push(Warning { code, message });
     };
     let free = solid.trial.fold_free(settings.scheme);
@@ -592,24 +561,8 @@ fn summary(solid: &HollowSolid, settings: &Settings, verbose: u8) {
     }
 }
 
-/// Refuses file names that could not be written or are named twice.
-fn check_names(args: &Args) -> Result<(), Failure> {
-    for file in &args.output {
-        SolidFormat::of(file).map_err(Failure::input)?;
-    }
-    outputs::check_names(
-        &[(args.control.as_path(), "control mesh")],
-        args.output.clone(),
-        args.json.as_deref(),
-    )
-}
-
-fn stage_all(args: &Args, mesh: &TriMesh, thickness: &[f64]) -> Result<Vec<Staged>, Failure> {
-    let shade = Shade {
-        name: "thickness",
-        values: thickness,
-    };
-    let write = |file: &PathBuf| stage_solid(mesh, Some(shade), file);
-    let staged: Result<_, WriteError> = args.output.iter().map(write).collect();
-    staged.map_err(Failure::output)
+/// Paints the wall by its thickness.
+fn shade(values: &[f64]) -> Option<Shade<'_>> {
+    let name = "thickness";
+    Some(Shade { name, values })
 }

@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use midsurf::io::LoadedMesh;
-use midsurf::io::write::{WriteError, check_target, stage};
-use midsurf::mesh::Bounds;
+use midsurf::io::write::{WriteError, stage};
+use midsurf::mesh::FaceId;
 use midsurf::tags::{Coping, RuleResult};
 use serde_json::json;
 
 use super::failure::Failure;
 use super::info::figure;
 use super::input::{load, load_tags, print_warnings};
+use super::run::check_names;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -56,10 +57,10 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         staged.commit().map_err(Failure::output)?;
     }
 
-    let totals = [
-        total(&loaded, &coping, true),
-        total(&loaded, &coping, false),
-    ];
+    let totals = [("all coping", true), ("all wall", false)].map(|(name, wanted)| {
+        let chosen = |face: FaceId| coping.flags[face.index()] == wanted;
+        RuleResult::of(&loaded.mesh, chosen, name, wanted)
+    });
     let mut out = io::stdout().lock();
     if args.json {
         let rules: Vec<_> = coping.rules.iter().map(as_json).collect();
@@ -89,35 +90,8 @@ fn check_output(args: &Args, file: &Path) -> Result<(), Failure> {
             known: ".obj",
         }));
     }
-    check_target(file).map_err(Failure::input)?;
-    for (input, role) in [(&args.part, "part"), (&args.tags, "coping tags")] {
-        if let (Ok(a), Ok(b)) = (input.canonicalize(), file.canonicalize())
-            && a == b
-        {
-            return Err(Failure::input(WriteError::NamedTwice {
-                file: file.to_owned(),
-                first: role,
-                second: "output",
-            }));
-        }
-    }
-    Ok(())
-}
-
-/// All coping or all wall triangles as one result.
-fn total(loaded: &LoadedMesh, coping: &Coping, wanted: bool) -> RuleResult {
-    let mesh = &loaded.mesh;
-    let faces = || {
-        mesh.faces()
-            .filter(|face| coping.flags[face.index()] == wanted)
-    };
-    RuleResult {
-        name: if wanted { "all coping" } else { "all wall" }.to_owned(),
-        coping: wanted,
-        count: faces().count(),
-        area: faces().map(|face| mesh.triangle_area(face)).sum(),
-        bounds: Bounds::of(faces().flat_map(|face| mesh.corners(face))),
-    }
+    let inputs = [(&*args.part, "part"), (&*args.tags, "coping tags")];
+    check_names(&inputs, [(file.to_owned(), "output")])
 }
 
 fn as_json(rule: &RuleResult) -> serde_json::Value {

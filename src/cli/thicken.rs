@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use midsurf::dual_contour::Precision;
-use midsurf::io::write::{SolidFormat, stage_solid};
+use midsurf::extract::Cell;
 use midsurf::mesh::TriMesh;
 use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
 use serde_json::{Value, json};
@@ -15,10 +15,10 @@ use super::cell::CellSize;
 use super::failure::Failure;
 use super::info::figure;
 use super::input::{Warning, load, print_warnings};
-use super::memory::{Bytes, peak};
-use super::outputs;
-use super::progress::Progress;
+use super::memory::{MemoryArgs, peak};
+use super::run::RunArgs;
 use super::say;
+use super::solid::SolidArgs;
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -61,28 +61,14 @@ pub(super) struct Args {
     /// Split chords that stray farther than this from the solid [default: 0.2% of the thickness]
     #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Output file (.stl, .obj, .ply); repeat for several formats
-    #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
-    /// Write a report as JSON; `-` for stdout
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Threads to use; the result does not depend on it
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
-    /// Refuse cells so small that the grid would need more memory than this
-    #[arg(
-        long,
-        value_name = "SIZE",
-        default_value = "8G",
-        allow_negative_numbers = true
-    )]
-    memory_limit: Bytes,
-    /// Print errors and nothing else
-    #[arg(short, long, conflicts_with = "verbose")]
-    quiet: bool,
+    #[command(flatten)]
+    solid: SolidArgs,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
+    run: RunArgs,
     /// Print what each stage took
-    #[arg(short, long)]
+    #[arg(short, long, conflicts_with = "quiet")]
     verbose: bool,
 }
 
@@ -96,18 +82,10 @@ enum SideArg {
 }
 
 pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
-    for file in &args.output {
-        SolidFormat::of(file).map_err(Failure::input)?;
-    }
-    outputs::check_names(
-        &[(args.patch.as_path(), "surface")],
-        args.output.clone(),
-        args.json.as_deref(),
-    )?;
-    outputs::use_threads(args.threads);
+    let inputs = [(args.patch.as_path(), "surface")];
+    args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = Progress::new(args.quiet);
-    progress.show("reading", 0, 0);
+    let progress = args.run.start();
     let (loaded, mut warnings) = load(&args.patch)?;
     let read_seconds = start.elapsed().as_secs_f64();
 
@@ -123,10 +101,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
 
     progress.show("writing", 0, 0);
     let begin = Instant::now();
-    let mut staged = Vec::new();
-    for file in &args.output {
-        staged.push(stage_solid(&result.mesh, None, file).map_err(Failure::output)?);
-    }
+    let staged = args.solid.stage(&result.mesh, None)?;
     let seconds = json!({
         "read": read_seconds,
         "field": result.field_seconds,
@@ -163,12 +138,12 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         },
         "seconds": seconds,
         "peak_memory": peak(),
-        "outputs": args.output,
+        "outputs": args.solid.output,
         "warnings": warnings,
     });
-    outputs::finish(args.json.as_deref(), staged, &report)?;
+    args.run.finish(staged, &report)?;
     drop(progress);
-    if !args.quiet {
+    if !args.run.quiet {
         print_warnings(&warnings);
         summary(&result, settings.thickness);
     }
@@ -189,20 +164,17 @@ impl Args {
             SideArg::Outer => Side::Outer,
         };
         let mut settings = Settings::new(self.thickness, side);
-        settings.cell = match self.cell {
-            CellSize::Auto => settings.cell,
-            CellSize::Length(length) => length,
-            CellSize::Percent(percent) => 0.01 * percent * surface.bounds().diagonal(),
-            CellSize::Thicknesses(share) => share * self.thickness,
+        settings.cell = match self.cell.0 {
+            Cell::Auto => settings.cell,
+            Cell::Length(length) => length,
+            Cell::Percent(percent) => 0.01 * percent * surface.bounds().diagonal(),
+            Cell::Thicknesses(share) => share * self.thickness,
         };
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }
-        settings.memory_limit = self.memory_limit.0;
-        let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
-        if self.output.iter().any(single) {
-            settings.precision = Precision::Single;
-        }
+        settings.memory_limit = self.memory.memory_limit.0;
+        settings.precision = self.solid.precision();
         Ok(settings)
     }
 
@@ -213,11 +185,8 @@ impl Args {
             "cell": self.cell,
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
-            "precision": match settings.precision {
-                Precision::Double => "double",
-                Precision::Single => "single",
-            },
-            "memory_limit": self.memory_limit,
+            "precision": settings.precision,
+            "memory_limit": self.memory.memory_limit,
             "threads": rayon::current_num_threads(),
         })
     }
@@ -274,7 +243,7 @@ fn rounded(surface: &TriMesh) -> Option<Warning> {
         .filter(|&&p| Precision::Single.round_point(p) != p)
         .count();
     (count > 0).then(|| Warning {
-        code: "rounded".to_owned(),
+        code: "rounded",
         message: format!(
             "{count} vertices of the surface have more digits than an .stl holds and are rounded; .obj and .ply keep them"
         ),
@@ -284,7 +253,7 @@ fn rounded(surface: &TriMesh) -> Option<Warning> {
 /// Another cell than the one asked for.
 fn refined(result: &Thickened, asked: f64) -> Option<Warning> {
     (result.cell < asked).then(|| Warning {
-        code: "refined".to_owned(),
+        code: "refined",
         message: format!(
             "cells of {} do not resolve the surface's boundary; cells of {} were taken",
             figure(asked),
@@ -295,7 +264,7 @@ fn refined(result: &Thickened, asked: f64) -> Option<Warning> {
 
 fn unsound(result: &Thickened) -> Option<Warning> {
     (!result.is_sound()).then(|| Warning {
-        code: "unsound".to_owned(),
+        code: "unsound",
         message: format!(
             "the solid has {} pairs of triangles that cut each other and {} edges without two triangles; a smaller --cell may help",
             result.self_intersections, result.bad_edges
@@ -326,12 +295,7 @@ fn failure(error: &ThickenError, patch: &Path) -> Failure {
         ThickenError::SelfIntersecting { .. } => {
             "remove the triangles that cut each other; the side of a point means nothing there"
         }
-        ThickenError::TooFine { .. } => {
-            "take a larger --cell, or raise --memory-limit if the machine has more memory"
-        }
-        ThickenError::NoGrid { .. } => {
-            "move the surface nearer to the origin, or take a larger --cell"
-        }
+        ThickenError::Grid(error) => Failure::grid_help(error),
         ThickenError::Unresolved { .. } => {
             return Failure::no_result(message, "take a smaller --cell or a smaller thickness");
         }

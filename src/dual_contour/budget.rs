@@ -3,10 +3,14 @@
 use thiserror::Error;
 
 use super::grid::{Grid, Precision};
+use crate::memory::TooFine;
 use crate::mesh::Bounds;
 
 /// Bytes that an active cell takes at the peak, measured; for the memory bound.
 const BYTES_PER_CELL: f64 = 400.0;
+
+/// Bytes that a node whose distance is known takes, where they fill a volume.
+const BYTES_PER_NODE: f64 = 8.0;
 
 /// Active cells for a surface as large as a cell's face: those that a plane
 /// meets, over all directions.
@@ -16,19 +20,8 @@ const CELLS_PER_FACE: f64 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum GridError {
     /// The grid would not fit.
-    #[error(
-        "cell size {cell} needs about {cells:.0} active cells and {gigabytes:.1} GB; the smallest cell that fits is about {smallest:.4}"
-    )]
-    TooFine {
-        /// Cell asked for.
-        cell: f64,
-        /// Active cells that it would need.
-        cells: f64,
-        /// Memory that they would take.
-        gigabytes: f64,
-        /// Smallest cell within the bound.
-        smallest: f64,
-    },
+    #[error(transparent)]
+    TooFine(#[from] TooFine),
     /// More cells along an axis than the grid can count, or planes that the
     /// numbers allowed cannot tell apart.
     #[error(
@@ -64,15 +57,34 @@ impl Grid {
         precision: Precision,
         memory_limit: u64,
     ) -> Result<Grid, GridError> {
+        Grid::within_filled(bounds, area, 0.0, cell, precision, memory_limit)
+    }
+
+    /// The same where the distance is asked at all nodes in about this volume,
+    /// too many to be passed over beside the cells at the surface.
+    ///
+    /// # Errors
+    ///
+    /// [`GridError`].
+    pub fn within_filled(
+        bounds: &Bounds,
+        area: f64,
+        volume: f64,
+        cell: f64,
+        precision: Precision,
+        memory_limit: u64,
+    ) -> Result<Grid, GridError> {
         let cells = CELLS_PER_FACE * area / (cell * cell);
-        let bytes = cells * BYTES_PER_CELL;
+        let bytes = cells * BYTES_PER_CELL + volume / cell.powi(3) * BYTES_PER_NODE;
         if bytes > memory_limit as f64 {
-            return Err(GridError::TooFine {
+            return Err(GridError::TooFine(TooFine {
                 cell,
                 cells,
                 gigabytes: bytes / 1e9,
-                smallest: smallest_cell(area, memory_limit),
-            });
+                // Fits, and is exact where only one of the two counts.
+                smallest: smallest_cell(area, memory_limit)
+                    + (volume * BYTES_PER_NODE / memory_limit as f64).cbrt(),
+            }));
         }
         let far = bounds.min.abs().max(bounds.max.abs()).max_element();
         Grid::around(bounds, cell, precision).ok_or(GridError::NoGrid {

@@ -6,6 +6,7 @@
 //! spaced; with [`Precision::Single`] each is rounded to `f32`.
 
 use glam::{DVec3, IVec3};
+use serde::Serialize;
 
 use crate::mesh::Bounds;
 
@@ -14,7 +15,8 @@ use crate::mesh::Bounds;
 /// Contouring decides with the numbers that are written. A file format of
 /// single precision rounds the others, which can push a thin triangle through
 /// its neighbour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Precision {
     /// Any `f64`.
     #[default]

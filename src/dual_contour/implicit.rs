@@ -2,8 +2,6 @@
 
 use glam::DVec3;
 
-use crate::mesh::Bounds;
-
 /// What the function is at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
@@ -52,9 +50,6 @@ pub trait Implicit: Sync {
     /// Where the surface crosses the segment between two samples of opposite
     /// sides. `samples[0]` is at `ends[0]`.
     fn crossing(&self, ends: [DVec3; 2], samples: [Sample; 2]) -> Crossing;
-
-    /// A box around the surface.
-    fn bounds(&self) -> Bounds;
 }
 
 /// Where the surface crosses a segment.

@@ -32,6 +32,7 @@
 mod band;
 mod budget;
 mod cells;
+mod deviation;
 mod edges;
 mod faces;
 mod grid;
@@ -49,6 +50,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::mesh::TriMesh;
+use crate::progress::Progress;
 use band::Band;
 use cells::Cells;
 use edges::Edges;
@@ -56,6 +58,7 @@ use faces::Faces;
 
 pub use band::{FilterCounts, Filters};
 pub use budget::{GridError, smallest_cell};
+pub use deviation::Deviation;
 pub use edges::CrossingCounts;
 pub use grid::{CellBox, Grid, Precision};
 pub use implicit::{Crossing, Implicit, Sample};
@@ -104,9 +107,6 @@ pub struct Work {
     /// paper times.
     pub ring_seconds: f64,
 }
-
-/// Stages as they begin, for progress displays: stage name, done and expected.
-pub type Progress<'p> = dyn Fn(&'static str, u64, u64) + Sync + 'p;
 
 /// Contours the surface of a solid.
 pub fn contour(

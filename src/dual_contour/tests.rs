@@ -76,13 +76,6 @@ impl Implicit for Nodes {
             queries: 0,
         }
     }
-
-    fn bounds(&self) -> Bounds {
-        Bounds::of([
-            self.grid.node(IVec3::ZERO),
-            self.grid.node(self.grid.cells()),
-        ])
-    }
 }
 
 /// Closed, manifold at edges and vertices, free of intersections.
@@ -208,10 +201,6 @@ impl Implicit for Liar {
             splits: 0,
             queries: 0,
         }
-    }
-
-    fn bounds(&self) -> Bounds {
-        Bounds::of([DVec3::ZERO, DVec3::splat(12.0)])
     }
 }
 

@@ -41,7 +41,7 @@ mod triangle;
 
 use glam::DVec3;
 
-use crate::mesh::{FaceId, Part};
+use crate::mesh::{FaceId, Part, TriMesh};
 use nearest::Best;
 use sign::Sign;
 use tree::{Frame, Tree};
@@ -94,16 +94,19 @@ pub struct Field {
 impl Field {
     /// The field of a part.
     pub fn new(part: &Part) -> Field {
-        let mesh = part.mesh();
-        let corners = mesh
-            .triangles
-            .iter()
-            .map(|t| t.map(|v| mesh.positions[v as usize]));
-        Field::from_triangles(
-            corners.collect(),
-            mesh.triangles.clone(),
-            part.coping().to_vec(),
-        )
+        Field::of_tagged(part.mesh(), part.coping().to_vec())
+    }
+
+    /// The field of a plain mesh: all its triangles are wall.
+    pub fn of_mesh(mesh: &TriMesh) -> Field {
+        Field::of_tagged(mesh, Vec::new())
+    }
+
+    /// The field of a mesh; `coping[f]` tags face `f`, missing tags count as
+    /// wall.
+    pub fn of_tagged(mesh: &TriMesh, coping: Vec<bool>) -> Field {
+        let corners = mesh.faces().map(|face| mesh.corners(face)).collect();
+        Field::from_triangles(corners, mesh.triangles.clone(), coping)
     }
 
     /// The field of triangles given one by one.

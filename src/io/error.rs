@@ -18,6 +18,18 @@ pub enum Place {
     Byte(u64),
 }
 
+impl Place {
+    /// The place in words, after the file's name.
+    pub fn within(self, file: &Path) -> String {
+        let file = file.display();
+        match self {
+            Place::Whole => format!("{file}"),
+            Place::Line(line) => format!("{file}, line {line}"),
+            Place::Byte(byte) => format!("{file}, byte {byte}"),
+        }
+    }
+}
+
 /// What is wrong with a file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -183,12 +195,7 @@ impl ReadError {
 
 impl fmt::Display for ReadError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let file = self.file.display();
-        match self.place {
-            Place::Whole => write!(f, "{file}: {}", self.problem),
-            Place::Line(line) => write!(f, "{file}, line {line}: {}", self.problem),
-            Place::Byte(byte) => write!(f, "{file}, byte {byte}: {}", self.problem),
-        }
+        write!(f, "{}: {}", self.place.within(&self.file), self.problem)
     }
 }
 

@@ -27,6 +27,7 @@ pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_surface};
 
 use crate::mesh::{FaceId, TriMesh};
 use error::Located;
+pub(crate) use text::decode;
 
 /// A mesh as its file states it, triangulated but otherwise unchecked for
 /// closedness and the like; see [`crate::mesh::Part::new`] for that.

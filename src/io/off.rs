@@ -1,10 +1,8 @@
 //! OFF, ASCII: header word, counts, vertices, faces, `#` comments.
 
-use glam::DVec3;
-
 use super::error::{Located, Place, Problem};
 use super::polygon::FacetSink;
-use super::text::{Lines, decode, excerpt, finite};
+use super::text::{Lines, corner, decode, excerpt, point};
 use super::{FacetNames, FacetPlaces, RawMesh};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
@@ -71,15 +69,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
     let mut positions = Vec::with_capacity(vertices);
     for _ in 0..vertices {
         let (place, words) = rows.next().ok_or_else(|| ended("vertices are"))?;
-        let mut point = DVec3::ZERO;
-        for axis in 0..3 {
-            let word = words.get(axis).ok_or_else(|| {
-                let message = "a vertex needs three coordinates".to_owned();
-                (place, Problem::Syntax(message))
-            })?;
-            point[axis] = finite(word).map_err(|problem| (place, problem))?;
-        }
-        positions.push(point);
+        let point = point(words.iter().map(String::as_str));
+        positions.push(point.map_err(|problem| (place, problem))?);
     }
     let mut sink = FacetSink::with_capacity(faces);
     let mut lines = Vec::with_capacity(faces);
@@ -105,17 +96,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
         // Colours may follow the corners.
         for word in &words[1..=arity] {
             let index = number(word)?;
-            match u32::try_from(index) {
-                Ok(corner) if (corner as usize) < positions.len() => corners.push(corner),
-                _ => {
-                    let problem = Problem::IndexOutOfRange {
-                        index,
-                        vertices: positions.len(),
-                        relative: false,
-                    };
-                    return Err((place, problem));
-                }
-            }
+            let corner = corner(index, positions.len());
+            corners.push(corner.map_err(|problem| (place, problem))?);
         }
         sink.push(&corners, &positions, place)?;
         if let Place::Line(line) = place {

@@ -12,7 +12,7 @@ use ply_rs_bw::ply::{
 
 use super::error::{Located, Place, Problem};
 use super::polygon::FacetSink;
-use super::text::{Lines, decode, excerpt, finite};
+use super::text::{Lines, corner, decode, excerpt, finite};
 use super::{FacetNames, FacetPlaces, RawMesh, VertexValues};
 
 /// Properties of a vertex that are read: the point, and what a mid-surface
@@ -216,17 +216,8 @@ impl<'a> Body<'a> {
         for (place, face) in &faces {
             corners.clear();
             for &index in face {
-                match u32::try_from(index) {
-                    Ok(corner) if (corner as usize) < positions.len() => corners.push(corner),
-                    _ => {
-                        let problem = Problem::IndexOutOfRange {
-                            index,
-                            vertices: positions.len(),
-                            relative: false,
-                        };
-                        return Err((*place, problem));
-                    }
-                }
+                let corner = corner(index, positions.len());
+                corners.push(corner.map_err(|problem| (*place, problem))?);
             }
             if corners.len() < 3 {
                 let corners = corners.len();

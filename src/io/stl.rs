@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::error::{Located, Place, Problem};
 use super::names::NamesBuilder;
-use super::text::{Lines, decode, excerpt, finite};
+use super::text::{Lines, decode, excerpt, point};
 use super::{FacetNames, FacetPlaces, RawMesh};
 use crate::mesh::{TriMesh, weld_exact};
 
@@ -132,15 +132,8 @@ fn parse_ascii(bytes: &[u8]) -> Result<RawMesh, Located> {
             }
             (State::Facet, "outer") => State::Loop(0),
             (State::Loop(given @ 0..3), "vertex") => {
-                let mut point = DVec3::ZERO;
-                for axis in 0..3 {
-                    let word = words.next().ok_or_else(|| {
-                        let message = "a vertex needs three coordinates".to_owned();
-                        (place, Problem::Syntax(message))
-                    })?;
-                    point[axis] = finite(word).map_err(|problem| (place, problem))?;
-                }
-                corners.push(point);
+                let point = point(&mut words);
+                corners.push(point.map_err(|problem| (place, problem))?);
                 State::Loop(given + 1)
             }
             (State::Loop(3), "vertex") => {

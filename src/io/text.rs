@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use glam::DVec3;
+
 use super::error::Problem;
 
 /// Splits bytes into lines at LF, CR LF and CR alone; numbers them from 1.
@@ -55,10 +57,10 @@ impl<'a> Iterator for Lines<'a> {
 }
 
 /// UTF-8 where it is valid, Latin-1 otherwise; so every byte is a character.
-pub(crate) fn decode(line: &[u8]) -> Cow<'_, str> {
-    match std::str::from_utf8(line) {
+pub(crate) fn decode(text: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(text) {
         Ok(text) => Cow::Borrowed(text),
-        Err(_) => Cow::Owned(line.iter().map(|&byte| char::from(byte)).collect()),
+        Err(_) => Cow::Owned(text.iter().map(|&byte| char::from(byte)).collect()),
     }
 }
 
@@ -104,6 +106,31 @@ pub(crate) fn finite(word: &str) -> Result<f64, Problem> {
             word: excerpt(word),
         }),
     }
+}
+
+/// The three coordinates of a vertex.
+pub(crate) fn point<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<DVec3, Problem> {
+    let mut point = DVec3::ZERO;
+    for axis in 0..3 {
+        let Some(word) = words.next() else {
+            let message = "a vertex needs three coordinates".to_owned();
+            return Err(Problem::Syntax(message));
+        };
+        point[axis] = finite(word)?;
+    }
+    Ok(point)
+}
+
+/// Checks that a vertex index is one of the file's.
+pub(crate) fn corner(index: i64, vertices: usize) -> Result<u32, Problem> {
+    u32::try_from(index)
+        .ok()
+        .filter(|&corner| (corner as usize) < vertices)
+        .ok_or(Problem::IndexOutOfRange {
+            index,
+            vertices,
+            relative: false,
+        })
 }
 
 /// A word cut to what fits a message.

@@ -82,7 +82,7 @@ impl TriMesh {
     }
 
     /// Faces in order.
-    pub fn faces(&self) -> impl Iterator<Item = FaceId> + use<> {
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = FaceId> + use<> {
         (0..self.triangles.len() as u32).map(FaceId)
     }
 

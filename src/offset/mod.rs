@@ -22,9 +22,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Filters, Grid, GridError, Implicit, Precision, Progress, Work};
+use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Precision, Work};
 use crate::field::Field;
 use crate::mesh::{Bounds, Part, TriMesh, self_intersections};
+use crate::progress::Progress;
 use solid::OffsetSolid;
 
 /// What to offset by, and how finely.
@@ -110,16 +111,6 @@ pub enum OffsetWarning {
     CoarseCell,
 }
 
-/// Distance of the result from the true offset, sampled evenly over the list
-/// of triangles: at corners and centres.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Deviation {
-    /// Mean, part units.
-    pub mean: f64,
-    /// Greatest, part units.
-    pub max: f64,
-}
-
 /// An offset and what it took.
 #[derive(Clone, Debug)]
 pub struct Offset {
@@ -127,9 +118,10 @@ pub struct Offset {
     pub mesh: TriMesh,
     /// What the user should know.
     pub warnings: Vec<OffsetWarning>,
-    /// At corners of triangles.
+    /// Distance from the true offset at corners of triangles, sampled evenly
+    /// over their list.
     pub corner_deviation: Deviation,
-    /// At centres of triangles.
+    /// The same at centres of triangles.
     pub centre_deviation: Deviation,
     /// Checking the part and building the tree: T_s of the paper's Table I.
     pub field_seconds: f64,
@@ -223,9 +215,7 @@ fn check(part: &Part, settings: &Settings) -> Result<(), OffsetError> {
 fn field(part: &Part, settings: &Settings) -> (Field, Vec<OffsetWarning>) {
     let mesh = part.mesh();
     let pairs = self_intersections(mesh).len();
-    let corners = mesh.triangles.iter();
-    let corners = corners.map(|t| t.map(|v| mesh.positions[v as usize]));
-    let mut field = Field::from_triangles(corners.collect(), mesh.triangles.clone(), Vec::new());
+    let mut field = Field::of_mesh(mesh);
     let mut warnings = Vec::new();
     if pairs > 0 {
         field = field.by_winding();
@@ -262,8 +252,5 @@ fn deviations(solid: &impl Implicit, mesh: &TriMesh) -> [Deviation; 2] {
             [a, (a + b + c) / 3.0].map(|p: DVec3| solid.sample(p, 0).value.abs())
         })
         .collect();
-    [0, 1].map(|i| Deviation {
-        mean: samples.iter().map(|s| s[i]).sum::<f64>() / samples.len() as f64,
-        max: samples.iter().map(|s| s[i]).fold(0.0, f64::max),
-    })
+    [0, 1].map(|i| Deviation::of(samples.iter().map(|s| s[i])))
 }

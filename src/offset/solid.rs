@@ -43,6 +43,15 @@ impl OffsetSolid<'_> {
         }
     }
 
+    /// A box around the surface.
+    pub fn bounds(&self) -> Bounds {
+        let (low, high) = self.field.bounds();
+        Bounds {
+            min: low - self.distance,
+            max: high + self.distance,
+        }
+    }
+
     /// Distance less offset distance, on the side of the part where the offset
     /// surface is: negative nearer to the part.
     fn beyond(&self, sample: &Sample) -> f64 {
@@ -152,14 +161,6 @@ impl Implicit for OffsetSolid<'_> {
             } else {
                 far = found;
             }
-        }
-    }
-
-    fn bounds(&self) -> Bounds {
-        let (low, high) = self.field.bounds();
-        Bounds {
-            min: low - self.distance,
-            max: high + self.distance,
         }
     }
 }

@@ -41,8 +41,9 @@ use std::time::Instant;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Filters, Grid, GridError, Implicit, Precision, Progress, Work};
+use crate::dual_contour::{self, Filters, Grid, GridError, Precision, Work};
 use crate::mesh::TriMesh;
+use crate::progress::Progress;
 use solid::SlabSolid;
 
 pub use surface::BallSurface;

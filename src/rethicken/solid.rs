@@ -53,6 +53,11 @@ impl SlabSolid {
         }
     }
 
+    /// A box around the surface.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
     /// A slab with its cut: value, gradient and what decides.
     fn cut_slab(&self, slab: u32, p: DVec3, limit: f64) -> Option<Sample> {
         let shape = &self.slabs[slab as usize];
@@ -218,9 +223,5 @@ impl Implicit for SlabSolid {
                 far = (t, sample);
             }
         }
-    }
-
-    fn bounds(&self) -> Bounds {
-        self.bounds
     }
 }

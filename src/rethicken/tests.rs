@@ -1,6 +1,7 @@
 use glam::DVec3;
 
 use super::*;
+use crate::dual_contour::Implicit;
 use crate::mesh::self_intersections;
 
 /// Positions, radii, triangles.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::pruned::field_of;
+use crate::field::Field;
 use crate::mesh::TriMesh;
 
 /// A mesh with a value at every vertex.
@@ -26,7 +26,7 @@ const MOST_PIECES: u32 = 1000;
 /// Measures a part against a solid at points some `size` apart.
 pub fn deviation_map(part: &TriMesh, solid: &TriMesh, size: f64) -> DeviationMap {
     let mesh = split(part, size.max((2.0 * part.area() / MOST).sqrt()));
-    let solid = field_of(solid);
+    let solid = Field::of_mesh(solid);
     let deviation = (mesh.positions.par_iter())
         .map(|&p| solid.signed_clearance(p))
         .collect();

@@ -15,14 +15,14 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::Progress;
 use crate::extract::{self, ExtractError, Extraction, extract};
 use crate::field::Field;
 use crate::field::walls::{Separation, Walls};
 use crate::mesh::{FaceId, Part, TriMesh, self_intersections};
+use crate::progress::Progress;
 use crate::rethicken::{self, BallSurface, RethickenError, Rethickened, rethicken};
 use overlap::overlap;
-use pruned::{Pruned, field_of};
+use pruned::Pruned;
 use samples::spread;
 
 pub use deviation::{DeviationMap, deviation_map};
@@ -217,8 +217,8 @@ fn compare(
             .collect(),
     };
     let views = Views {
-        part: field_of(part.mesh()),
-        solid: field_of(solid),
+        part: Field::of_mesh(part.mesh()),
+        solid: Field::of_mesh(solid),
         pruned: Pruned::new(part, &walls, &surface, thickness),
     };
     let corners: Vec<(FaceId, DVec3)> = (part.mesh().faces())

@@ -49,7 +49,7 @@ impl<'a> Pruned<'a> {
         Pruned {
             part,
             walls,
-            surface: field_of(surface),
+            surface: Field::of_mesh(surface),
             thickness,
         }
     }
@@ -119,10 +119,4 @@ impl<'a> Pruned<'a> {
         }
         None
     }
-}
-
-/// The field of a plain mesh: all triangles alike.
-pub(super) fn field_of(mesh: &TriMesh) -> Field {
-    let corners = mesh.faces().map(|face| mesh.corners(face)).collect();
-    Field::from_triangles(corners, mesh.triangles.clone(), Vec::new())
 }

@@ -11,10 +11,11 @@ use thiserror::Error;
 
 use super::cage::Cage;
 use super::{Boundary, SubdivideError, tessellate};
-use crate::dual_contour::{Precision, Progress};
+use crate::dual_contour::Precision;
 use crate::field::Field;
 use crate::mesh::{FaceId, Part, PartError, PartOptions, TriMesh, self_intersections};
 use crate::offset::{self, OffsetError, hollowed, offset};
+use crate::progress::Progress;
 
 /// What to contour, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,8 +111,7 @@ pub fn contour(
 
 /// Distance of each vertex of a mesh to another mesh.
 fn distances(from: &TriMesh, to: &TriMesh) -> Vec<f64> {
-    let corners = to.faces().map(|face| to.corners(face)).collect();
-    let field = Field::from_triangles(corners, to.triangles.clone(), Vec::new());
+    let field = Field::of_mesh(to);
     let far = |p: &glam::DVec3| field.footpoint(*p).distance;
     from.positions.par_iter().map(far).collect()
 }

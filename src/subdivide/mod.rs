@@ -40,6 +40,7 @@ mod solid;
 #[cfg(test)]
 mod tests;
 
+use glam::DVec3;
 use thiserror::Error;
 
 pub use cage::{Cage, CageError, Polygon};
@@ -271,18 +272,10 @@ pub fn tessellate(
     samples: usize,
     boundary: Boundary,
 ) -> Result<(TriMesh, u32), SubdivideError> {
-    fits(cage, level, samples)?;
-    let (mesh, level) = refined(cage, level, boundary)?;
-    let surface = LimitSurface::new(mesh, boundary)?;
-    let grid = grid(&surface, samples)?;
-    let none = Crust::offset(&surface, 0.0);
-    let positions = grid.sample(&surface, &none, Scheme::Crust).outer;
-    let triangles = grid.triangles();
-    let mesh = TriMesh {
-        positions,
-        triangles,
-    };
-    Ok((mesh, level))
+    sheet(cage, level, samples, boundary, |surface, grid| {
+        let none = Crust::offset(surface, 0.0);
+        grid.sample(surface, &none, Scheme::Crust).outer
+    })
 }
 
 /// The surface through the control vertices, (2.5): one sheet, closed where
@@ -297,12 +290,26 @@ pub fn interpolate(
     samples: usize,
     boundary: Boundary,
 ) -> Result<(TriMesh, u32), SubdivideError> {
+    sheet(cage, level, samples, boundary, |surface, grid| {
+        let crust = Crust::interpolating(surface);
+        grid.sample(surface, &crust, Scheme::Crust).inner
+    })
+}
+
+/// One sheet of triangles over the limit surface after some steps, through the
+/// points that `lay` gives for its samples; and how many steps those are.
+fn sheet(
+    cage: &Cage,
+    level: u32,
+    samples: usize,
+    boundary: Boundary,
+    lay: impl Fn(&LimitSurface, &Grid) -> Vec<DVec3>,
+) -> Result<(TriMesh, u32), SubdivideError> {
     fits(cage, level, samples)?;
     let (mesh, level) = refined(cage, level, boundary)?;
     let surface = LimitSurface::new(mesh, boundary)?;
     let grid = grid(&surface, samples)?;
-    let crust = Crust::interpolating(&surface);
-    let positions = grid.sample(&surface, &crust, Scheme::Crust).inner;
+    let positions = lay(&surface, &grid);
     let triangles = grid.triangles();
     let mesh = TriMesh {
         positions,

@@ -18,8 +18,8 @@ use std::path::Path;
 pub use error::{TagError, TagProblem};
 pub use identity::geometry_checksum;
 
-use crate::io::LoadedMesh;
-use crate::mesh::Bounds;
+use crate::io::{LoadedMesh, decode};
+use crate::mesh::{Bounds, FaceId, TriMesh};
 use rule::{Located, OnEmpty, TagFile};
 use select::Selector;
 
@@ -47,6 +47,25 @@ pub struct RuleResult {
     pub area: f64,
     /// Box around them; empty when there are none.
     pub bounds: Bounds,
+}
+
+impl RuleResult {
+    /// Count, area and box of the chosen triangles.
+    pub fn of(
+        mesh: &TriMesh,
+        chosen: impl Fn(FaceId) -> bool,
+        name: &str,
+        coping: bool,
+    ) -> RuleResult {
+        let faces = || mesh.faces().filter(|&face| chosen(face));
+        RuleResult {
+            name: name.to_owned(),
+            coping,
+            count: faces().count(),
+            area: faces().map(|face| mesh.triangle_area(face)).sum(),
+            bounds: Bounds::of(faces().flat_map(|face| mesh.corners(face))),
+        }
+    }
 }
 
 impl Coping {
@@ -90,15 +109,12 @@ pub fn read_tags_bytes(
     mesh_file: &Path,
 ) -> Result<Coping, TagError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let text = match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_owned(),
-        Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
-    };
+    let text = decode(bytes);
     // Old Macintosh line ends.
     let text = if text.contains('\n') {
         text
     } else {
-        text.replace('\r', "\n")
+        text.replace('\r', "\n").into()
     };
     let fail = |located: Located| TagError::at(file, &text, located);
     let is_toml = file
@@ -126,7 +142,8 @@ fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping
                 *all &= holds;
             }
         }
-        let result = measure(loaded, &chosen, &rule.name, rule.coping);
+        let is_chosen = |face: FaceId| chosen[face.index()];
+        let result = RuleResult::of(&loaded.mesh, is_chosen, &rule.name, rule.coping);
         if result.count == 0 {
             let rule_name = rule.name.clone();
             let problem = TagProblem::SelectsNothing { rule: rule_name };
@@ -142,17 +159,4 @@ fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping
         coping.rules.push(result);
     }
     Ok(coping)
-}
-
-/// Count, area and box of the chosen triangles.
-fn measure(loaded: &LoadedMesh, chosen: &[bool], name: &str, coping: bool) -> RuleResult {
-    let mesh = &loaded.mesh;
-    let faces = || mesh.faces().filter(|face| chosen[face.index()]);
-    RuleResult {
-        name: name.to_owned(),
-        coping,
-        count: faces().count(),
-        area: faces().map(|face| mesh.triangle_area(face)).sum(),
-        bounds: Bounds::of(faces().flat_map(|face| mesh.corners(face))),
-    }
 }

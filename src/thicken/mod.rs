@@ -49,8 +49,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Filters, Grid, Implicit, Precision, Progress, Work};
+use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Precision, Work};
 use crate::mesh::{Bounds, TriMesh, self_intersections, weld_exact};
+use crate::progress::Progress;
 use patch::Patch;
 use solid::ThickSolid;
 
@@ -170,29 +171,9 @@ pub enum ThickenError {
         /// Triangle of the first pair.
         second: u32,
     },
-    /// The grid would not fit.
-    #[error(
-        "cell size {cell} needs about {gigabytes:.1} GB; the smallest cell that fits is about {smallest:.4}"
-    )]
-    TooFine {
-        /// Cell asked for.
-        cell: f64,
-        /// Memory that it would take.
-        gigabytes: f64,
-        /// Smallest cell within the bound.
-        smallest: f64,
-    },
-    /// More cells along an axis than the grid can count, or planes that the
-    /// numbers allowed cannot tell apart.
-    #[error("cell size {cell} is too small for a box of {size:.6} at {far:.6} from the origin")]
-    NoGrid {
-        /// Cell asked for.
-        cell: f64,
-        /// Longest side of the box around the solid.
-        size: f64,
-        /// Greatest coordinate.
-        far: f64,
-    },
+    /// No grid.
+    #[error(transparent)]
+    Grid(#[from] GridError),
     /// The contour could not be joined to the boundary.
     #[error(
         "cells of {cell} are too large here: the solid's surface does not follow each boundary curve"
@@ -201,15 +182,6 @@ pub enum ThickenError {
         /// Cell asked for.
         cell: f64,
     },
-}
-
-/// Distance of the inner shell from its true place, at centres of triangles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Deviation {
-    /// Mean, part units.
-    pub mean: f64,
-    /// Greatest, part units.
-    pub max: f64,
 }
 
 /// A solid and what it took.
@@ -231,7 +203,8 @@ pub struct Thickened {
     /// Cell of the grid: smaller than the one asked for where that did not
     /// resolve the boundary.
     pub cell: f64,
-    /// Inner shell.
+    /// Distance of the inner shell from its true place, at centres of
+    /// triangles.
     pub deviation: Deviation,
     /// Ways tried to lay the grid and the cut until nothing cut itself.
     pub attempts: usize,
@@ -266,10 +239,6 @@ const GRIDS: [(f64, f64); 5] = [
     (0.36, 0.0),
 ];
 
-/// Bytes that an active cell and a node within reach of the patch take.
-const BYTES_PER_CELL: f64 = 400.0;
-const BYTES_PER_NODE: f64 = 8.0;
-
 /// The solid of a thickness on one side of a patch.
 ///
 /// Vertices of the patch at one place count as one, those that no triangle
@@ -294,9 +263,10 @@ pub fn thicken(
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
     let patch = Patch::new(mesh)?;
-    if let [(first, second), ..] = self_intersections(&patch.mesh)[..] {
+    let crossings = self_intersections(&patch.mesh);
+    if let [(first, second), ..] = crossings[..] {
         return Err(ThickenError::SelfIntersecting {
-            pairs: self_intersections(&patch.mesh).len(),
+            pairs: crossings.len(),
             first: first.0,
             second: second.0,
         });
@@ -311,7 +281,7 @@ pub fn thicken(
         let solid = ThickSolid::new(&patch, settings.thickness, cell);
         let grid = match grid(&patch, &solid.bounds(), settings, cell, shift) {
             Ok(grid) => grid,
-            Err(error) if attempts == 0 => return Err(error),
+            Err(error) if attempts == 0 => return Err(error.into()),
             Err(_) => break,
         };
         let how = dual_contour::Settings {
@@ -435,33 +405,22 @@ fn tidy(surface: &TriMesh) -> Result<TriMesh, ThickenError> {
     })
 }
 
+/// A grid for both shells, and for the nodes within reach of either side.
 fn grid(
     patch: &Patch,
     bounds: &Bounds,
     settings: &Settings,
     cell: f64,
     shift: f64,
-) -> Result<Grid, ThickenError> {
-    let thickness = settings.thickness;
-    let area = patch.mesh.area();
-    let bytes = 4.0 * area / cell.powi(2) * BYTES_PER_CELL
-        + 2.0 * area * (thickness + cell) / cell.powi(3) * BYTES_PER_NODE;
-    if bytes > settings.memory_limit as f64 {
-        return Err(ThickenError::TooFine {
-            cell,
-            gigabytes: bytes / 1e9,
-            smallest: cell * (bytes / settings.memory_limit as f64).cbrt(),
-        });
-    }
+) -> Result<Grid, GridError> {
+    let area = 2.0 * patch.mesh.area();
+    let volume = area * (settings.thickness + cell);
     let bounds = Bounds {
         min: bounds.min - shift * cell,
         max: bounds.max,
     };
-    Grid::around(&bounds, cell, settings.precision).ok_or(ThickenError::NoGrid {
-        cell,
-        size: bounds.size().max_element(),
-        far: bounds.min.abs().max(bounds.max.abs()).max_element(),
-    })
+    let (precision, limit) = (settings.precision, settings.memory_limit);
+    Grid::within_filled(&bounds, area, volume, cell, precision, limit)
 }
 
 /// The solid from its contour, with pairs of triangles that cut each other, and
@@ -510,8 +469,5 @@ fn deviation(patch: &Patch, mesh: &TriMesh, thickness: f64) -> Deviation {
                 .flatten()
         })
         .collect();
-    Deviation {
-        mean: errors.iter().fold(0.0, |sum, e| sum + e) / errors.len().max(1) as f64,
-        max: errors.iter().copied().fold(0.0, f64::max),
-    }
+    Deviation::of(errors)
 }

@@ -99,8 +99,7 @@ impl Patch {
     /// Triangles without area, edges or vertices where the surface is no
     /// manifold, neighbours that disagree about the side.
     pub fn new(mesh: TriMesh) -> Result<Patch, ThickenError> {
-        let corners: Vec<[DVec3; 3]> = mesh.faces().map(|f| mesh.corners(f)).collect();
-        let field = Field::from_triangles(corners.clone(), mesh.triangles.clone(), Vec::new());
+        let field = Field::of_mesh(&mesh);
         let normals: Vec<DVec3> = mesh.faces().map(|f| field.normal(f)).collect();
         if let Some(face) = normals.iter().position(|&n| n == DVec3::ZERO) {
             return Err(ThickenError::NoArea {
@@ -110,11 +109,12 @@ impl Patch {
         }
         let neighbours = neighbours(&mesh)?;
         let mut vertex_normals = vec![DVec3::ZERO; mesh.positions.len()];
-        for (face, c) in corners.iter().enumerate() {
+        for (face, &normal) in mesh.faces().zip(&normals) {
+            let (c, vertices) = (mesh.corners(face), mesh.triangles[face.index()]);
             for i in 0..3 {
                 let (u, v) = (c[(i + 1) % 3] - c[i], c[(i + 2) % 3] - c[i]);
                 let angle = u.cross(v).length().atan2(u.dot(v));
-                vertex_normals[mesh.triangles[face][i] as usize] += angle * normals[face];
+                vertex_normals[vertices[i] as usize] += angle * normal;
             }
         }
         let mut patch = Patch {

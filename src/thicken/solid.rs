@@ -71,6 +71,14 @@ impl ThickSolid<'_> {
         }
     }
 
+    /// A box around the surface.
+    pub fn bounds(&self) -> Bounds {
+        let mut bounds = self.patch.mesh.bounds();
+        bounds.min -= self.thickness;
+        bounds.max += self.thickness;
+        bounds
+    }
+
     fn faces(&self) -> u32 {
         self.patch.mesh.triangles.len() as u32
     }
@@ -341,12 +349,5 @@ impl Implicit for ThickSolid<'_> {
                 far = (t, sample);
             }
         }
-    }
-
-    fn bounds(&self) -> Bounds {
-        let mut bounds = self.patch.mesh.bounds();
-        bounds.min -= self.thickness;
-        bounds.max += self.thickness;
-        bounds
     }
 }

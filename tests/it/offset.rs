@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 use midsurf::dual_contour::{GridError, Precision};
+use midsurf::memory::TooFine;
 use midsurf::mesh::{Part, PartOptions, TriMesh, self_intersections};
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, hollowed, offset};
 use serde_json::Value;
@@ -308,7 +309,7 @@ fn nonsense_is_refused() {
         }),
         OffsetError::BadTolerance(_)
     ));
-    let OffsetError::Grid(GridError::TooFine { smallest, .. }) =
+    let OffsetError::Grid(GridError::TooFine(TooFine { smallest, .. })) =
         fails(Settings { cell: 1e-5, ..good })
     else {
         panic!("no bound on memory");

@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
+use midsurf::dual_contour::GridError;
 use midsurf::field::Field;
 use midsurf::io::read_mesh;
 use midsurf::mesh::{TriMesh, self_intersections};
@@ -61,8 +62,7 @@ fn check(patch: &TriMesh, settings: &Settings) -> Thickened {
 
     // Nothing much farther away than the thickness, nothing on the patch but
     // itself.
-    let corners: Vec<[DVec3; 3]> = patch.faces().map(|f| patch.corners(f)).collect();
-    let field = Field::from_triangles(corners, patch.triangles.clone(), Vec::new());
+    let field = Field::of_mesh(patch);
     let r = settings.thickness;
     for t in &mesh.triangles[result.patch_triangles..] {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
@@ -226,8 +226,14 @@ fn settings_without_sense_are_refused() {
     assert!(matches!(with(|s| s.cell = 0.5), E::CoarseCell { .. }));
     assert!(matches!(with(|s| s.cell = f64::NAN), E::BadCell(_)));
     assert!(matches!(with(|s| s.tolerance = 0.0), E::BadTolerance(_)));
-    assert!(matches!(with(|s| s.memory_limit = 1000), E::TooFine { .. }));
-    assert!(matches!(with(|s| s.cell = 1e-12), E::TooFine { .. }));
+    assert!(matches!(
+        with(|s| s.memory_limit = 1000),
+        E::Grid(GridError::TooFine(_))
+    ));
+    assert!(matches!(
+        with(|s| s.cell = 1e-12),
+        E::Grid(GridError::TooFine(_))
+    ));
 }
 
 #[test]

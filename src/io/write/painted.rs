@@ -1,8 +1,8 @@
-//! A mesh painted with a value: PLY with a scalar and a colour a vertex.
+//! A mesh painted with its deviation: PLY with a scalar and a colour a vertex.
 
-use std::io::{self, Write};
 use std::path::Path;
 
+use super::ply::{Paint, write_mesh};
 use super::{Staged, WriteError, stage};
 use crate::mesh::TriMesh;
 
@@ -14,6 +14,10 @@ use crate::mesh::TriMesh;
 /// # Errors
 ///
 /// [`WriteError`] names the file.
+///
+/// # Panics
+///
+/// If there are fewer deviations than vertices.
 pub fn stage_deviation(
     mesh: &TriMesh,
     deviation: &[f64],
@@ -27,42 +31,13 @@ pub fn stage_deviation(
             known: ".ply",
         });
     }
-    stage(file, |out| write(mesh, deviation, full, out))
-}
-
-fn write(mesh: &TriMesh, deviation: &[f64], full: f64, out: &mut dyn Write) -> io::Result<()> {
-    write!(
-        out,
-        "ply\n\
-         format binary_little_endian 1.0\n\
-         comment deviation; colours: blue -{full}, green 0, red {full}\n\
-         element vertex {}\n\
-         property double x\n\
-         property double y\n\
-         property double z\n\
-         property double deviation\n\
-         property uchar red\n\
-         property uchar green\n\
-         property uchar blue\n\
-         element face {}\n\
-         property list uchar int vertex_indices\n\
-         end_header\n",
-        mesh.positions.len(),
-        mesh.triangles.len()
-    )?;
-    for (p, &deviation) in mesh.positions.iter().zip(deviation) {
-        for value in p.to_array().into_iter().chain([deviation]) {
-            out.write_all(&value.to_le_bytes())?;
-        }
-        out.write_all(&colour(deviation / full))?;
-    }
-    for triangle in &mesh.triangles {
-        out.write_all(&[3])?;
-        for corner in triangle {
-            out.write_all(&corner.to_le_bytes())?;
-        }
-    }
-    Ok(())
+    let comment = format!("deviation; colours: blue -{full}, green 0, red {full}");
+    let paint = Paint {
+        name: "deviation",
+        values: deviation,
+        colour: &|value| colour(value / full),
+    };
+    stage(file, |out| write_mesh(mesh, &comment, Some(paint), out))
 }
 
 /// Colour of a value between -1 and 1; what is beyond has the colour there.

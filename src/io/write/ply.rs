@@ -3,8 +3,67 @@
 use std::io::{self, Write};
 
 use super::vertex_code;
+use crate::mesh::TriMesh;
 use crate::mesh::midsurface::MidSurface;
 
+/// A number and a colour for it at every vertex.
+pub(super) struct Paint<'a> {
+    /// Name of the property.
+    pub name: &'static str,
+    /// By vertex.
+    pub values: &'a [f64],
+    /// Red, green and blue of a value.
+    pub colour: &'a dyn Fn(f64) -> [u8; 3],
+}
+
+/// Writes a mesh, painted or not, under a comment of one line.
+pub(super) fn write_mesh(
+    mesh: &TriMesh,
+    comment: &str,
+    paint: Option<Paint>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    write!(
+        out,
+        "ply\n\
+         format binary_little_endian 1.0\n\
+         comment {comment}\n\
+         element vertex {}\n\
+         property double x\n\
+         property double y\n\
+         property double z\n",
+        mesh.positions.len()
+    )?;
+    if let Some(Paint { name, .. }) = paint {
+        write!(
+            out,
+            "property double {name}\n\
+             property uchar red\n\
+             property uchar green\n\
+             property uchar blue\n"
+        )?;
+    }
+    write!(
+        out,
+        "element face {}\n\
+         property list uchar int vertex_indices\n\
+         end_header\n",
+        mesh.triangles.len()
+    )?;
+    for (i, p) in mesh.positions.iter().enumerate() {
+        write_floats(&p.to_array(), out)?;
+        if let Some(Paint { values, colour, .. }) = &paint {
+            write_floats(&[values[i]], out)?;
+            out.write_all(&colour(values[i]))?;
+        }
+    }
+    for &corners in &mesh.triangles {
+        write_corners(corners, out)?;
+    }
+    Ok(())
+}
+
+/// Writes a mid-surface with thickness, radius and kind a vertex, sheet a face.
 pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()> {
     write!(
         out,
@@ -26,19 +85,26 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
         surface.triangles.len()
     )?;
     for vertex in &surface.vertices {
-        for value in vertex.position.to_array() {
-            out.write_all(&value.to_le_bytes())?;
-        }
-        out.write_all(&vertex.thickness.to_le_bytes())?;
-        out.write_all(&vertex.radius().to_le_bytes())?;
+        write_floats(&vertex.position.to_array(), out)?;
+        write_floats(&[vertex.thickness, vertex.radius()], out)?;
         out.write_all(&[vertex_code(vertex.kind)])?;
     }
     for triangle in &surface.triangles {
-        out.write_all(&[3])?;
-        for corner in triangle.corners {
-            out.write_all(&corner.to_le_bytes())?;
-        }
+        write_corners(triangle.corners, out)?;
         out.write_all(&triangle.sheet.to_le_bytes())?;
     }
     Ok(())
+}
+
+fn write_floats(values: &[f64], out: &mut dyn Write) -> io::Result<()> {
+    values
+        .iter()
+        .try_for_each(|value| out.write_all(&value.to_le_bytes()))
+}
+
+fn write_corners(corners: [u32; 3], out: &mut dyn Write) -> io::Result<()> {
+    out.write_all(&[3])?;
+    corners
+        .iter()
+        .try_for_each(|corner| out.write_all(&corner.to_le_bytes()))
 }

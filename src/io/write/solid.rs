@@ -3,7 +3,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::{Staged, WriteError, stage};
+use super::ply::{self, Paint};
+use super::{Staged, WriteError, stage, stl};
 use crate::mesh::TriMesh;
 
 /// Formats of a solid.
@@ -81,7 +82,10 @@ pub fn write_solid(
     match format {
         SolidFormat::Obj => write_obj(mesh, out),
         SolidFormat::Ply => write_ply(mesh, shade, out),
-        SolidFormat::Stl => write_stl(mesh, out),
+        SolidFormat::Stl => {
+            let corners = mesh.faces().map(|face| mesh.corners(face));
+            stl::write(corners, "closed mesh, binary STL", out)
+        }
     }
 }
 
@@ -100,53 +104,19 @@ fn write_obj(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
 
 fn write_ply(mesh: &TriMesh, shade: Option<Shade>, out: &mut dyn Write) -> io::Result<()> {
     let shade = shade.filter(|s| s.values.len() == mesh.positions.len());
-    write!(
-        out,
-        "ply\n\
-         format binary_little_endian 1.0\n\
-         comment solid\n\
-         element vertex {}\n\
-         property double x\n\
-         property double y\n\
-         property double z\n",
-        mesh.positions.len()
-    )?;
-    if let Some(Shade { name, .. }) = shade {
-        write!(
-            out,
-            "property double {name}\n\
-             property uchar red\n\
-             property uchar green\n\
-             property uchar blue\n"
-        )?;
-    }
-    write!(
-        out,
-        "element face {}\n\
-         property list uchar int vertex_indices\n\
-         end_header\n",
-        mesh.triangles.len()
-    )?;
     let values = shade.map_or(&[][..], |s| s.values);
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    for (i, p) in mesh.positions.iter().enumerate() {
-        for value in p.to_array() {
-            out.write_all(&value.to_le_bytes())?;
-        }
-        if let Some(value) = values.get(i) {
-            out.write_all(&value.to_le_bytes())?;
-            let share = (value - low) / (high - low);
-            out.write_all(&colour(if share.is_finite() { share } else { 1.0 }))?;
-        }
-    }
-    for triangle in &mesh.triangles {
-        out.write_all(&[3])?;
-        for corner in triangle {
-            out.write_all(&corner.to_le_bytes())?;
-        }
-    }
-    Ok(())
+    let colour = |value: f64| {
+        let share = (value - low) / (high - low);
+        colour(if share.is_finite() { share } else { 1.0 })
+    };
+    let paint = shade.map(|Shade { name, values }| Paint {
+        name,
+        values,
+        colour: &colour,
+    });
+    ply::write_mesh(mesh, "solid", paint, out)
 }
 
 /// Red, yellow, green, cyan, blue, for 0 to 1.
@@ -157,27 +127,6 @@ fn colour(share: f64) -> [u8; 3] {
     };
     // Red falls from 1 to 2 quarters, green holds from 1 to 3, blue rises.
     [ramp(0.0), ramp(2.0), ramp(4.0)]
-}
-
-fn write_stl(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
-    let mut header = [b' '; 80];
-    let title = b"closed mesh, binary STL";
-    header[..title.len()].copy_from_slice(title);
-    out.write_all(&header)?;
-    let count = u32::try_from(mesh.triangles.len())
-        .map_err(|_| io::Error::other("too many triangles for STL"))?;
-    out.write_all(&count.to_le_bytes())?;
-    for triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        for vector in [normal, a, b, c] {
-            for value in vector.as_vec3().to_array() {
-                out.write_all(&value.to_le_bytes())?;
-            }
-        }
-        out.write_all(&[0, 0])?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
