@@ -20,15 +20,21 @@ const SLACK: f64 = 1e-14;
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    /// Slabs by leaf.
-    order: Vec<u32>,
+    /// Slabs by leaf, with what bounds them.
+    order: Vec<(Reach, u32)>,
     slack: f64,
+}
+
+/// Bounds triangles and the radii of their balls.
+#[derive(Clone, Copy, Debug)]
+struct Reach {
+    bounds: Bounds,
+    radius: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    bounds: Bounds,
-    radius: f64,
+    reach: Reach,
     kind: Kind,
 }
 
@@ -50,9 +56,10 @@ impl Tree {
         if !slabs.is_empty() {
             split(slabs, &mut order, 0, &mut nodes);
         }
+        let own = |s: u32| (Reach::of(&[&slabs[s as usize]]), s);
         Tree {
             nodes,
-            order,
+            order: order.into_iter().map(own).collect(),
             slack: SLACK * (far + greatest),
         }
     }
@@ -71,8 +78,10 @@ impl Tree {
             }
             match self.nodes[at as usize].kind {
                 Kind::Leaf { start, end } => {
-                    for &slab in &self.order[start as usize..end as usize] {
-                        limit = look(slab);
+                    for (reach, slab) in &self.order[start as usize..end as usize] {
+                        if reach.least(p) - self.slack <= limit {
+                            limit = look(*slab);
+                        }
                     }
                 }
                 Kind::Inner { second } => {
@@ -92,32 +101,41 @@ impl Tree {
 
     /// No slab below the node has a lower value at `p`.
     fn bound(&self, node: u32, p: DVec3) -> f64 {
-        let node = &self.nodes[node as usize];
-        let out = (node.bounds.min - p).max(p - node.bounds.max);
-        out.max(DVec3::ZERO).length() - node.radius - self.slack
+        self.nodes[node as usize].reach.least(p) - self.slack
+    }
+}
+
+impl Reach {
+    fn of(slabs: &[&Slab]) -> Reach {
+        let radii = slabs.iter().map(|s| s.greatest_radius());
+        Reach {
+            bounds: Bounds::of(slabs.iter().flat_map(|s| s.corners())),
+            radius: radii.fold(0.0, f64::max),
+        }
+    }
+
+    /// No slab has a lower value at `p`, short of rounding.
+    fn least(&self, p: DVec3) -> f64 {
+        let out = (self.bounds.min - p).max(p - self.bounds.max);
+        out.max(DVec3::ZERO).length() - self.radius
     }
 }
 
 /// Appends the subtree of the slabs in `order`, which begins at `start` of the
 /// whole order.
 fn split(slabs: &[Slab], order: &mut [u32], start: usize, nodes: &mut Vec<Node>) {
-    let all = || order.iter().map(|&s| &slabs[s as usize]);
-    let bounds = Bounds::of(all().flat_map(Slab::corners));
-    let radius = all().map(Slab::greatest_radius).fold(0.0, f64::max);
+    let all: Vec<&Slab> = order.iter().map(|&s| &slabs[s as usize]).collect();
+    let reach = Reach::of(&all);
     let at = nodes.len();
     let leaf = Kind::Leaf {
         start: start as u32,
         end: (start + order.len()) as u32,
     };
-    nodes.push(Node {
-        bounds,
-        radius,
-        kind: leaf,
-    });
+    nodes.push(Node { reach, kind: leaf });
     if order.len() <= LEAF {
         return;
     }
-    let axis = bounds.size().max_position();
+    let axis = reach.bounds.size().max_position();
     let key = |s: &u32| -> f64 { slabs[*s as usize].corners().map(|c| c[axis]).iter().sum() };
     let middle = order.len() / 2;
     order.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
