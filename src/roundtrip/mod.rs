@@ -222,6 +222,7 @@ fn compare(
         pruned: Pruned::new(part, &walls, &surface, thickness),
     };
     let corners: Vec<(FaceId, DVec3)> = (part.mesh().faces())
+        .filter(|&face| field.normal(face) != DVec3::ZERO)
         .flat_map(|face| part.corners(face).map(|p| (face, p)))
         .collect();
     let even: Vec<DVec3> = spread(solid, SAMPLES).into_iter().map(|(_, p)| p).collect();
