@@ -141,7 +141,11 @@ impl Ends {
             .collect();
         for (i, flat) in surface.flat.iter().enumerate() {
             for (k, fan) in fans[i].iter().enumerate() {
-                if let Some(&end) = at.get(&fan.last).filter(|&&end| end as usize != i) {
+                let plain = |end: &&u32| {
+                    let end = **end as usize;
+                    end != i && self.ends[end].outward != DVec3::ZERO
+                };
+                if let Some(&end) = at.get(&fan.last).filter(plain) {
                     let pivot = surface.positions[flat.ends[k] as usize];
                     let convex = self.is_convex(i, end as usize, pivot);
                     self.ends[i].next[k] = Some(Turn { end, convex });
@@ -182,7 +186,11 @@ impl Ends {
         // Calls `found` with every slab within `reach` radii of each end.
         let mut each_near = |reach: f64, found: &mut dyn FnMut(u32, u32)| {
             seen.fill(u32::MAX);
-            for (e, end) in (0..).zip(&self.ends) {
+            // An edge without length or without a sheet has no plane.
+            let planes = (0..)
+                .zip(&self.ends)
+                .filter(|(_, end)| end.outward != DVec3::ZERO);
+            for (e, end) in planes {
                 let own = self.triangles[e as usize];
                 let bounds = Bounds::of(end.points);
                 seen[own as usize] = e;

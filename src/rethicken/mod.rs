@@ -73,13 +73,13 @@ impl Settings {
     pub const MEMORY_LIMIT: u64 = 8 << 30;
 
     /// Default settings for a surface: a quarter of the least thickness a
-    /// cell, but not finer than a sixteenth of the median nor than a quarter
+    /// cell, but not finer than an eighth of the median nor than a quarter
     /// of the memory bound.
     pub fn new(surface: &BallSurface) -> Settings {
         let (least, median) = (surface.least_thickness(), surface.median_thickness());
         let memory_limit = Settings::MEMORY_LIMIT;
         let cell = (least / Settings::CELLS)
-            .max(median / 16.0)
+            .max(median / 8.0)
             .max(dual_contour::smallest_cell(
                 2.2 * surface.area(),
                 memory_limit / 4,

@@ -23,6 +23,11 @@ pub(super) struct SlabSolid {
     tolerance: f64,
 }
 
+/// Values at the ends are made smaller by this. On a bent sheet they take a step
+/// where another edge becomes the nearest, and the contouring passes over what
+/// changes by more than the way.
+const STEEP: f64 = 0.5;
+
 /// Splits after which every other one is in the middle.
 const PATIENCE: u8 = 6;
 
@@ -67,9 +72,9 @@ impl SlabSolid {
         }
         let cut = self.ends.beyond(slab, shape.greatest_radius(), p);
         let (value, gradient, element) = match cut {
-            Some((beyond, end)) if beyond > ball.value => {
+            Some((beyond, end)) if STEEP * beyond > ball.value => {
                 let (_, outward) = self.ends.plane(end, p);
-                (beyond, outward, self.slabs.len() as u32 + end)
+                (STEEP * beyond, outward, self.slabs.len() as u32 + end)
             }
             _ => (ball.value, shape.direction(p, &ball), slab),
         };
