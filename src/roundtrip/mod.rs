@@ -216,10 +216,14 @@ fn compare(
             .map(|t| t.corners)
             .collect(),
     };
+    let (solid_field, pruned) = rayon::join(
+        || Field::of_mesh(solid),
+        || Pruned::new(part, &walls, &surface, thickness),
+    );
     let views = Views {
         part: Field::of_mesh(part.mesh()),
-        solid: Field::of_mesh(solid),
-        pruned: Pruned::new(part, &walls, &surface, thickness),
+        solid: solid_field,
+        pruned,
     };
     let corners: Vec<(FaceId, DVec3)> = (part.mesh().faces())
         .filter(|&face| field.normal(face) != DVec3::ZERO)
