@@ -10,7 +10,7 @@
 //! * [`Implicit`]: the solid; what the offset and the thickening bring along.
 //! * [`Grid`]: planes, cells between them, and the numbers vertices may have.
 //! * `band`: nodes near the surface, by the filters.
-//! * `edges`: crossings of grid edges, with normals.
+//! * `edges`: crossings of grid edges, with normals; [`hybrid`] finds them.
 //! * `pattern`: how the surface passes through a cell.
 //! * `cells`: a vertex for each loop of each cell (`vertex`, `qef`).
 //! * `faces`: further vertices where chords stray.
@@ -22,7 +22,8 @@
 //! The mesh is closed, manifold and outward, and no two triangles meet but in
 //! common vertices and edges. That rests on where the vertices are (strictly
 //! inside their cells, faces and edges) and on exact predicates, not on how
-//! good they are; mending tests each new triangle against all near it. Same input, same bytes, on any number of threads.
+//! good they are; mending tests each new triangle against all near it. Same
+//! input, same bytes, on any number of threads.
 //!
 //! # What is not
 //!
@@ -36,6 +37,7 @@ mod deviation;
 mod edges;
 mod faces;
 mod grid;
+mod hybrid;
 mod implicit;
 mod mend;
 mod pattern;
@@ -61,6 +63,7 @@ pub use budget::{GridError, smallest_cell};
 pub use deviation::Deviation;
 pub use edges::CrossingCounts;
 pub use grid::{CellBox, Grid, Precision};
+pub use hybrid::{Bracket, Found, hybrid};
 pub use implicit::{Crossing, Implicit, Sample};
 pub use mend::MendCounts;
 pub use polygon::RingCounts;

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use glam::DVec3;
 
-use crate::dual_contour::{Crossing, Implicit, Sample};
+use crate::dual_contour::{Bracket, Crossing, Implicit, Sample, hybrid};
 use crate::field::Field;
 use crate::mesh::{Bounds, FaceId};
 
@@ -17,20 +17,6 @@ pub(super) struct OffsetSolid<'a> {
     distance: f64,
     /// Distances that differ by less are the same: epsilon of equation (8).
     tolerance: f64,
-}
-
-/// Splits after which a segment is halved in the middle if the closed forms
-/// did not find its crossing.
-const PATIENCE: u8 = 6;
-
-/// Splits after which the crossing is known to the last bit.
-const MOST_SPLITS: u8 = 60;
-
-/// One end of the piece of an edge that holds the crossing.
-#[derive(Clone, Copy)]
-struct End {
-    t: f64,
-    sample: Sample,
 }
 
 impl OffsetSolid<'_> {
@@ -50,12 +36,6 @@ impl OffsetSolid<'_> {
             min: low - self.distance,
             max: high + self.distance,
         }
-    }
-
-    /// Distance less offset distance, on the side of the part where the offset
-    /// surface is: negative nearer to the part.
-    fn beyond(&self, sample: &Sample) -> f64 {
-        sample.value * self.distance.signum()
     }
 
     /// A triangle that holds the closest points of both ends: the necessary
@@ -113,55 +93,22 @@ impl Implicit for OffsetSolid<'_> {
         )
     }
 
-    /// The hybrid of section V.
-    ///
     /// If one triangle may hold all closest points (Remark 4), its closed form
-    /// gives the crossing, which a query verifies (equation (8)). If none does,
-    /// or another triangle turns out to be nearer, the piece is split and the
-    /// rest tried again. Where the paper halves, we split at the place where
-    /// the nearer end's own triangle has its crossing: the distance is the
-    /// least of all triangles', so the surface can only be farther on, and the
-    /// query there tells the next triangle.
+    /// gives the crossing. If none does, the nearer end's own triangle does:
+    /// the distance is the least of all triangles', so the surface can only be
+    /// farther on, and the query there tells the next triangle.
     fn crossing(&self, ends: [DVec3; 2], samples: [Sample; 2]) -> Crossing {
         let reach = self.distance.abs();
-        let at = |t: f64| ends[0].lerp(ends[1], t);
-        let [mut near, mut far] = [0, 1].map(|i| End {
-            t: i as f64,
-            sample: samples[i],
-        });
-        if self.beyond(&samples[0]) > self.beyond(&samples[1]) {
-            (near, far) = (far, near);
-        }
-        let mut splits = 0;
-        loop {
-            let (from, to) = (at(near.t), at(far.t));
-            let closed = |element: u32| {
-                let way = self.field.leaves(FaceId(element), from, to, reach)?;
-                Some(near.t + way * (far.t - near.t))
-            };
-            let common = self.common([(from, near.sample.element), (to, far.sample.element)]);
-            let guess = common.and_then(closed).or_else(|| {
-                let shaky = splits > PATIENCE && splits % 2 == 0;
-                (!shaky).then(|| closed(near.sample.element)).flatten()
-            });
-            let t = guess.unwrap_or(0.5 * (near.t + far.t));
-            let sample = self.sample(at(t), near.sample.element);
-            if sample.value.abs() <= self.tolerance || splits == MOST_SPLITS {
-                return Crossing {
-                    t,
-                    element: sample.element,
-                    splits,
-                    queries: u32::from(splits) + 1,
-                };
-            }
-            splits += 1;
-            let found = End { t, sample };
-            if self.beyond(&sample) < 0.0 {
-                near = found;
-            } else {
-                far = found;
-            }
-        }
+        let guess = |bracket: &Bracket| {
+            let [from, to] = bracket.ends;
+            let [near, far] = bracket.samples.map(|s| s.element);
+            let closed = |element: u32| self.field.leaves(FaceId(element), from, to, reach);
+            self.common([(from, near), (to, far)])
+                .and_then(closed)
+                .or_else(|| (!bracket.shaky).then(|| closed(near)).flatten())
+        };
+        let outward = self.distance.signum();
+        hybrid(self, ends, samples, outward, self.tolerance, guess).crossing
     }
 }
 

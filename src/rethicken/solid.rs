@@ -6,7 +6,7 @@ use super::ends::Ends;
 use super::slab::Slab;
 use super::surface::BallSurface;
 use super::tree::Tree;
-use crate::dual_contour::{Crossing, Implicit, Sample};
+use crate::dual_contour::{Bracket, Crossing, Implicit, Sample, hybrid};
 use crate::mesh::Bounds;
 
 /// Union of the slabs of all triangles, each cut off at flat ends near it.
@@ -27,12 +27,6 @@ pub(super) struct SlabSolid {
 /// where another edge becomes the nearest, and the contouring passes over what
 /// changes by more than the way.
 const STEEP: f64 = 0.5;
-
-/// Splits after which every other one is in the middle.
-const PATIENCE: u8 = 6;
-
-/// Splits after which the crossing is known to the last bit.
-const MOST_SPLITS: u8 = 60;
 
 /// Steps to an element's own crossing.
 const ROOT_STEPS: usize = 40;
@@ -195,38 +189,15 @@ impl Implicit for SlabSolid {
         }
     }
 
-    /// As for offsets: the elements at the ends guess by their own crossing,
-    /// the function confirms, and what is left of the segment is tried again.
+    /// The elements at the ends guess by their own crossing.
     fn crossing(&self, ends: [DVec3; 2], samples: [Sample; 2]) -> Crossing {
-        let at = |t: f64| ends[0].lerp(ends[1], t);
-        let [mut near, mut far] = [(0.0, samples[0]), (1.0, samples[1])];
-        if samples[0].value > samples[1].value {
-            (near, far) = (far, near);
-        }
-        let mut splits = 0;
-        loop {
-            let piece = [at(near.0), at(far.0)];
-            let shaky = splits > PATIENCE && splits % 2 == 0;
-            let guess = [near.1.element, far.1.element]
-                .into_iter()
-                .filter(|_| !shaky)
-                .find_map(|element| self.root(element, piece[0], piece[1]));
-            let t = near.0 + guess.unwrap_or(0.5) * (far.0 - near.0);
-            let sample = self.sample(at(t), near.1.element);
-            if sample.value.abs() <= self.tolerance || splits == MOST_SPLITS {
-                return Crossing {
-                    t,
-                    element: sample.element,
-                    splits,
-                    queries: u32::from(splits) + 1,
-                };
-            }
-            splits += 1;
-            if sample.value < 0.0 {
-                near = (t, sample);
-            } else {
-                far = (t, sample);
-            }
-        }
+        let guess = |bracket: &Bracket| {
+            let [from, to] = bracket.ends;
+            let elements = bracket.samples.map(|s| s.element).into_iter();
+            elements
+                .filter(|_| !bracket.shaky)
+                .find_map(|element| self.root(element, from, to))
+        };
+        hybrid(self, ends, samples, 1.0, self.tolerance, guess).crossing
     }
 }

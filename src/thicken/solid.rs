@@ -20,7 +20,7 @@
 
 use glam::DVec3;
 
-use crate::dual_contour::{Crossing, Implicit, Sample};
+use crate::dual_contour::{Bracket, Crossing, Implicit, Sample, hybrid};
 use crate::field::Feature;
 use crate::mesh::{Bounds, FaceId};
 
@@ -32,12 +32,6 @@ const CAP: f64 = 0.99;
 
 /// An element is hidden where another is nearer by this many tolerances.
 const HIDDEN: f64 = 1e3;
-
-/// Splits after which a segment is halved in the middle every other time.
-const PATIENCE: u8 = 6;
-
-/// Splits after which the crossing is known to the last bit.
-const MOST_SPLITS: u8 = 60;
 
 /// The solid behind a patch.
 pub(super) struct ThickSolid<'a> {
@@ -297,57 +291,32 @@ impl Implicit for ThickSolid<'_> {
         hidden.then(|| self.name(kind(foot.face)))
     }
 
-    /// The closed form of the outer end's element, then the inner one's, then
-    /// halves; each guess is verified by a closest-point query, which also
-    /// says on which side to go on.
+    /// The closed form of the outer end's element guesses, then the inner
+    /// one's.
     fn crossing(&self, ends: [DVec3; 2], samples: [Sample; 2]) -> Crossing {
-        let at = |t: f64| ends[0].lerp(ends[1], t);
-        let (mut near, mut far) = ((0.0, samples[0]), (1.0, samples[1]));
-        if samples[0].value >= 0.0 {
-            (near, far) = (far, near);
-        }
-        let mut splits = 0;
-        loop {
-            let (from, to) = (at(near.0), at(far.0));
+        let field = &self.patch.field;
+        let guess = |bracket: &Bracket| {
+            let [from, to] = bracket.ends;
             let closed = |name: u32| {
                 let way = match self.element_of(name) {
-                    Element::Shell(f) => {
-                        self.patch
-                            .field
-                            .leaves(FaceId(f), from, to, self.thickness)?
-                    }
+                    Element::Shell(f) => field.leaves(FaceId(f), from, to, self.thickness)?,
                     element => {
-                        let (a, b) = (self.piece(from, element).0, self.piece(to, element).0);
+                        let [a, b] = bracket.ends.map(|p| self.piece(p, element).0);
                         (a < 0.0 && b > 0.0).then(|| a / (a - b))?
                     }
                 };
-                (way > 0.0 && way < 1.0).then_some(near.0 + way * (far.0 - near.0))
+                (way > 0.0 && way < 1.0).then_some(way)
             };
-            let shaky = splits > PATIENCE && splits % 2 == 0;
-            let guess = (!shaky)
-                .then(|| closed(far.1.element).or_else(|| closed(near.1.element)))
-                .flatten();
-            let t = guess.unwrap_or(0.5 * (near.0 + far.0));
-            let sample = self.sample(at(t), near.1.element);
-            if sample.value.abs() <= self.tolerance || splits == MOST_SPLITS {
-                let element = if sample.value.abs() <= self.tolerance {
-                    sample.element
-                } else {
-                    self.leapt(far.1.element)
-                };
-                return Crossing {
-                    t,
-                    element,
-                    splits,
-                    queries: u32::from(splits) + 1,
-                };
-            }
-            splits += 1;
-            if sample.value < 0.0 {
-                near = (t, sample);
-            } else {
-                far = (t, sample);
-            }
+            let [near, far] = bracket.samples.map(|s| s.element);
+            (!bracket.shaky)
+                .then(|| closed(far).or_else(|| closed(near)))
+                .flatten()
+        };
+        let found = hybrid(self, ends, samples, 1.0, self.tolerance, guess);
+        let leapt = found.leapt.map(|beyond| self.leapt(beyond));
+        Crossing {
+            element: leapt.unwrap_or(found.crossing.element),
+            ..found.crossing
         }
     }
 }
