@@ -82,6 +82,23 @@ fn junctions_and_bends_come_back() {
 }
 
 #[test]
+fn ribs_and_a_printed_case_come_back() {
+    // Below the end of a rib a weak fin is left out, beside a coping face.
+    for name in ["boss_gussets", "wavy_rib", "sensor_case"] {
+        let c = roundtrip(name, 1.0 / 3.0, 0.6);
+        check(
+            name,
+            &c,
+            &Bars {
+                volume: 0.01,
+                mean: 0.01,
+                hausdorff: 0.1,
+            },
+        );
+    }
+}
+
+#[test]
 fn a_pruned_corner_is_told_apart() {
     let c = roundtrip("ell", 0.5, 0.9);
     check(
