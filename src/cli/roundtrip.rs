@@ -124,7 +124,10 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut warnings = std::mem::take(&mut input.warnings);
     warnings.extend(result.solid.warnings.iter().map(|warning| {
         let (code, message) = explain(*warning);
-        Warning { code, message }
+        Warning {
+            code,
+            message: message.to_owned(),
+        }
     }));
 
     progress.show("writing", 0, 0);
@@ -184,8 +187,7 @@ pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
         print_warnings(&warnings);
         summary(&result);
     }
-    let torn = result.solid.work.rings.lost > 0;
-    Ok(if result.extraction.cracks.is_empty() && !torn {
+    Ok(if result.extraction.cracks.is_empty() {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)

@@ -8,7 +8,7 @@
 //! shrunk offset are told apart by the value itself, overlapping or not,
 //! because |value| compares with both at once). A valid node is one whose value
 //! is at most a cell from zero (Definition 1), so both ends of every crossed
-//! edge are valid.
+//! edge are valid; where the function has a step, `settle` sees to that.
 //!
 //! Two things are ours. A box's centre is a grid node, so that the test of a
 //! box of two cells is also the first of its eight nodes, and the others are
@@ -28,6 +28,7 @@ use smallvec::SmallVec;
 
 use super::grid::Grid;
 use super::implicit::{Implicit, Sample};
+use super::settle::is_within;
 
 /// Nodes along a block.
 pub(super) const SIDE: i32 = 8;
@@ -75,7 +76,7 @@ pub struct FilterCounts {
 
 /// One bit a node of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Bits([u64; NODES / 64]);
+pub(super) struct Bits(pub [u64; NODES / 64]);
 
 impl Bits {
     #[inline]
@@ -133,6 +134,12 @@ pub(super) fn block_of(at: IVec3) -> IVec3 {
     at >> 3
 }
 
+/// Node with a local number in a block.
+pub(super) fn node_of(key: IVec3, local: usize) -> IVec3 {
+    let l = local as i32;
+    key * SIDE + IVec3::new(l % SIDE, l / SIDE % SIDE, l / (SIDE * SIDE))
+}
+
 /// Nodes `SIDE * key` up to `SIDE * key + 7` along each axis.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
@@ -188,16 +195,23 @@ impl Band {
                 search.blocks
             })
             .collect();
-        let mut blocks: Vec<Block> = parts.into_iter().flatten().collect();
-        blocks.par_sort_unstable_by_key(|b| b.key.to_array());
-        let places = (0..).zip(&blocks).map(|(i, b)| (b.key, i)).collect();
         let mut counts = tallies.total();
         counts.nodes = nodes.as_i64vec3().element_product() as u64;
-        Band {
-            blocks,
+        let mut band = Band {
+            blocks: parts.into_iter().flatten().collect(),
             counts,
-            places,
-        }
+            places: FxHashMap::default(),
+        };
+        band.sort();
+        band.counts.distances += band.settle(solid, grid);
+        band
+    }
+
+    /// Puts the blocks in order.
+    pub fn sort(&mut self) {
+        self.blocks.par_sort_unstable_by_key(|b| b.key.to_array());
+        let places = (0..).zip(&self.blocks).map(|(i, b)| (b.key, i));
+        self.places = places.collect();
     }
 
     /// Place of a block in `blocks`.
@@ -254,6 +268,8 @@ struct Fill {
     block: Block,
     /// Local number and element of the valid nodes, in the order found.
     found: Vec<(u16, u32)>,
+    /// The grid's last node.
+    last: IVec3,
 }
 
 impl<I: Implicit> Search<'_, I> {
@@ -342,6 +358,7 @@ impl<I: Implicit> Search<'_, I> {
                 elements: Vec::new(),
             },
             found: Vec::new(),
+            last: self.nodes - 1,
         };
         for low in eighths(low, SIDE) {
             self.inner(&mut fill, low, SIDE / 2, hint);
@@ -407,7 +424,7 @@ impl<I: Implicit> Search<'_, I> {
 
 impl Fill {
     fn side(&mut self, node: IVec3, value: f64) {
-        if value < 0.0 {
+        if value < 0.0 && is_within(node, self.last) {
             self.block.inside.set(local(node));
         }
     }

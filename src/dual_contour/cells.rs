@@ -1,12 +1,12 @@
 //! Cells that the surface passes through, and their vertices.
 
-use glam::{DVec3, IVec3, Vec3};
+use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
-use super::band::{Bits, block_of, local};
-use super::edges::{EdgeBlock, Edges, Hermite, node_of};
+use super::band::{Bits, block_of, local, node_of};
+use super::edges::{EdgeBlock, Edges, Hermite};
 use super::grid::Grid;
 use super::implicit::Implicit;
 use super::pattern::{Pattern, edge_corners, face_edges, pattern, trace_of};
@@ -39,11 +39,12 @@ pub(super) struct CellRef<'a> {
 
 impl<'a> CellRef<'a> {
     /// The vertex of the loop that this crossed edge is in, and its number.
-    /// None if the corners do not tell that the edge is crossed: the function
-    /// contradicts itself around this cell.
-    pub fn vertex(&self, edge: usize) -> Option<(u32, &'a Vertex)> {
-        let i = usize::from(self.pattern.loop_of[edge]);
-        Some((self.first + i as u32, self.vertices.get(i)?))
+    ///
+    /// An edge that is crossed has corners of different sides (`settle`), and so
+    /// a loop in the pattern.
+    pub fn vertex(&self, edge: usize) -> (u32, &'a Vertex) {
+        let i = self.pattern.loop_of[edge];
+        (self.first + u32::from(i), &self.vertices[usize::from(i)])
     }
 }
 
@@ -181,13 +182,9 @@ fn joined(
                     traces[which].extend(block.hermite(solid, grid, edge / 4, at));
                 }
             }
-            let strays = traces.map(|trace| match trace.first() {
-                Some(first) => {
-                    let middle = qef::mass_point(&trace);
-                    solid.sample(middle, first.element).value.abs()
-                }
-                // Not all four edges are crossed after all.
-                None => f64::INFINITY,
+            let strays = traces.map(|trace| {
+                let hint = trace.first().map_or(0, |first| first.element);
+                solid.sample(qef::mass_point(&trace), hint).value.abs()
             });
             strays[0].max(strays[1])
         });
@@ -307,15 +304,6 @@ fn place_block(
         out.first.push(out.vertices.len() as u32);
         let loops = loops(solid, grid, &near, key, cell, pattern);
         for (i, crossings) in loops.iter().enumerate() {
-            if crossings.is_empty() {
-                // The function contradicts itself; no ring will use this.
-                out.vertices.push(Vertex {
-                    position: grid.cell_box(cell).centre(),
-                    normal: Vec3::Z,
-                    sharp: false,
-                });
-                continue;
-            }
             let mut finder = Finder {
                 solid,
                 grid,

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use super::band::{Band, Bits, Block, SIDE, block_of, local};
+use super::band::{Band, Bits, Block, block_of, local, node_of};
 use super::grid::Grid;
 use super::implicit::{Crossing, Implicit, Sample};
 
@@ -138,12 +138,6 @@ impl EdgeBlock {
             element,
         })
     }
-}
-
-/// Node with a local number in a block.
-pub(super) fn node_of(key: IVec3, local: usize) -> IVec3 {
-    let l = local as i32;
-    key * SIDE + IVec3::new(l % SIDE, l / SIDE % SIDE, l / (SIDE * SIDE))
 }
 
 /// A valid node, found again from its element.

@@ -18,11 +18,11 @@ use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::band::{block_of, local};
+use super::band::{block_of, local, node_of};
 use super::cells::{
     Apart, CellBlock, CellRef, Cells, Crossings, Neighbourhood, loops, neighbourhood, owner,
 };
-use super::edges::{Edges, Hermite, node_of};
+use super::edges::{Edges, Hermite};
 use super::grid::Grid;
 use super::implicit::Implicit;
 use super::pattern::{face_edges, trace_of};
@@ -219,8 +219,8 @@ impl<I: Implicit> Work<'_, I> {
             }
             Some(found)
         } else {
-            let (_, a) = cell.vertex(edge)?;
-            let (_, b) = other.vertex(face_edges(face + 1)[i])?;
+            let (_, a) = cell.vertex(edge);
+            let (_, b) = other.vertex(face_edges(face + 1)[i]);
             (stray(a, b) > ASKED_FROM * self.tolerance)
                 .then(|| self.split(&mut finder, axis, [a.position, b.position]))
                 .flatten()

@@ -9,7 +9,7 @@
 //!
 //! * [`Implicit`]: the solid; what the offset and the thickening bring along.
 //! * [`Grid`]: planes, cells between them, and the numbers vertices may have.
-//! * `band`: nodes near the surface, by the filters.
+//! * `band`: nodes near the surface, by the filters; `settle` where they err.
 //! * `edges`: crossings of grid edges, with normals; [`hybrid`] finds them.
 //! * `pattern`: how the surface passes through a cell.
 //! * `cells`: a vertex for each loop of each cell (`vertex`, `qef`).
@@ -43,6 +43,7 @@ mod mend;
 mod pattern;
 mod polygon;
 mod qef;
+mod settle;
 #[cfg(test)]
 mod tests;
 mod vertex;

@@ -16,9 +16,9 @@ use robust::{Coord3D, orient3d};
 use serde::Serialize;
 use smallvec::SmallVec;
 
-use super::band::{block_of, local};
+use super::band::{block_of, local, node_of};
 use super::cells::{CellBlock, CellRef, Cells, around, numbers_around};
-use super::edges::{EdgeBlock, Edges, node_of};
+use super::edges::{EdgeBlock, Edges};
 use super::faces::Faces;
 use super::grid::Grid;
 use super::implicit::Implicit;
@@ -34,9 +34,6 @@ pub struct RingCounts {
     pub concave: u64,
     /// With a vertex on the edge because the better diagonal strays.
     pub refined: u64,
-    /// Left out because the function contradicts itself there: it changed by
-    /// more than the way between two nodes. The mesh has a hole.
-    pub lost: u64,
     /// Closest-point queries.
     pub queries: u64,
 }
@@ -46,7 +43,6 @@ impl RingCounts {
         self.rings += other.rings;
         self.concave += other.concave;
         self.refined += other.refined;
-        self.lost += other.lost;
         self.queries += other.queries;
         self
     }
@@ -138,19 +134,15 @@ impl<'a, I: Implicit> Work<'a, I> {
         let node = node_of(self.block.key, at);
         let places = around(node, axis);
         let numbers = numbers_around(axis);
-        // All four cells of a crossed edge are active, and know it as crossed
-        // unless the function contradicts itself.
+        // All four cells of a crossed edge are active: `Cells::place` made them
+        // from these very edges.
         let [Some(p), Some(q), Some(r), Some(s)] = places.map(|c| self.cell(c)) else {
-            self.piece.counts.lost += 1;
+            debug_assert!(false, "a cell without vertices at a crossed edge");
             return;
         };
         let cells = [p, q, r, s];
-        let found: [Option<(u32, &Vertex)>; 4] =
+        let [a, b, c, d]: [(u32, &Vertex); 4] =
             std::array::from_fn(|i| cells[i].vertex(numbers[i]));
-        let [Some(a), Some(b), Some(c), Some(d)] = found else {
-            self.piece.counts.lost += 1;
-            return;
-        };
         let corners = [a, b, c, d];
         // The face between a cell of the ring and the next is the lower face
         // of one of the two.

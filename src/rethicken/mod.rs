@@ -165,11 +165,6 @@ pub struct Rethickened {
 pub enum RethickenWarning {
     /// The solid is thinner than two cells somewhere: it may have holes there.
     CoarseCell,
-    /// The contour has holes: there, nodes a cell apart contradict each other.
-    Torn {
-        /// Rings of triangles left out.
-        places: u64,
-    },
 }
 
 /// The solid of a surface with its balls.
@@ -218,11 +213,9 @@ pub fn rethicken(
         return Err(RethickenError::Empty(0.5 * least));
     }
     let coarse = (cell > 0.5 * least).then_some(RethickenWarning::CoarseCell);
-    let places = contour.work.rings.lost;
-    let torn = (places > 0).then_some(RethickenWarning::Torn { places });
     Ok(Rethickened {
         mesh: contour.mesh,
-        warnings: coarse.into_iter().chain(torn).collect(),
+        warnings: coarse.into_iter().collect(),
         solid_seconds,
         work: contour.work,
     })

@@ -23,11 +23,6 @@ pub(super) struct SlabSolid {
     tolerance: f64,
 }
 
-/// Values at the ends are made smaller by this. On a bent sheet they take a step
-/// where another edge becomes the nearest, and the contouring passes over what
-/// changes by more than the way.
-const STEEP: f64 = 0.5;
-
 /// Steps to an element's own crossing.
 const ROOT_STEPS: usize = 40;
 
@@ -66,9 +61,9 @@ impl SlabSolid {
         }
         let cut = self.ends.beyond(slab, shape.greatest_radius(), p);
         let (value, gradient, element) = match cut {
-            Some((beyond, end)) if STEEP * beyond > ball.value => {
+            Some((beyond, end)) if beyond > ball.value => {
                 let (_, outward) = self.ends.plane(end, p);
-                (STEEP * beyond, outward, self.slabs.len() as u32 + end)
+                (beyond, outward, self.slabs.len() as u32 + end)
             }
             _ => (ball.value, shape.direction(p, &ball), slab),
         };

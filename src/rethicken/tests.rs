@@ -2,7 +2,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::dual_contour::Implicit;
-use crate::mesh::self_intersections;
+use crate::mesh::{EdgeUses, self_intersections};
 
 /// Positions, radii, triangles.
 type Sheet = (Vec<DVec3>, Vec<f64>, Vec<[u32; 3]>);
@@ -139,6 +139,25 @@ fn a_tube_ends_in_planes() {
         "{}",
         mesh.volume()
     );
+}
+
+#[test]
+fn ends_of_a_crumpled_sheet_leave_no_hole() {
+    // The planes of neighbouring border edges disagree: the function steps
+    // where another edge becomes the nearest.
+    for seed in 0..12 {
+        let noise = |k: u64| {
+            let x = (k + 1000 * seed).wrapping_mul(6_364_136_223_846_793_005) ^ (k << 7);
+            (x.wrapping_mul(1_442_695_040_888_963_407) >> 40) as f64 / (1 << 24) as f64 - 0.5
+        };
+        let (mut p, r, t) = sheet([8.0, 5.0], [16, 10], |_| 1.0);
+        for (k, at) in (0..).zip(&mut p) {
+            *at += 0.6 * DVec3::new(noise(3 * k), noise(3 * k + 1), 1.5 * noise(3 * k + 2));
+        }
+        let surface = BallSurface::new(p, r, t, |_| true).unwrap();
+        let mesh = solid_of(&surface, 0.17);
+        assert!(EdgeUses::new(&mesh).census().is_closed(), "{seed}");
+    }
 }
 
 #[test]
