@@ -17,8 +17,9 @@ use smallvec::SmallVec;
 
 use super::grid::{CellBox, Grid};
 use super::implicit::Implicit;
+use super::polygon::NEEDLE;
 use super::vertex::{Candidate, Finder, Vertex, stray};
-use crate::mesh::clash;
+use crate::mesh::{clash, is_thin};
 
 /// An edge over a crease strays by more than this fraction of a cell, or is
 /// left as it is.
@@ -41,7 +42,8 @@ pub struct MendCounts {
     pub strayed: u64,
     /// Edges that were split.
     pub split: u64,
-    /// Splits left undone because triangles would have cut each other.
+    /// Splits left undone because triangles would have cut each other, or one
+    /// of them would have been none.
     pub refused: u64,
     /// Closest-point queries.
     pub queries: u64,
@@ -258,18 +260,21 @@ impl<I: Implicit> Work<'_, I> {
         (mends && beside).then_some(vertex)
     }
 
-    /// Whether new triangles cut each other or any that stay, as far as known.
+    /// Whether new triangles cut each other or any that stay, as far as known,
+    /// or are none.
     fn cuts(&self, fresh: &[[u32; 3]], gone: &[u32]) -> bool {
         let clash = |s: [u32; 3], t: [u32; 3]| clash([self.corners(s), self.corners(t)], [s, t]);
-        (0..fresh.len()).any(|i| {
-            let Some(near) = self.near.around(self.vertices, fresh[i]) else {
-                return true;
-            };
-            let stays = |slot: &&u32| !gone.contains(*slot);
-            (0..i).any(|j| clash(fresh[i], fresh[j]))
-                || (near.iter().filter(stays))
-                    .any(|&slot| clash(fresh[i], self.triangles[slot as usize]))
-        })
+        let needle = |t: &[u32; 3]| is_thin(self.corners(*t), NEEDLE);
+        fresh.iter().any(needle)
+            || (0..fresh.len()).any(|i| {
+                let Some(near) = self.near.around(self.vertices, fresh[i]) else {
+                    return true;
+                };
+                let stays = |slot: &&u32| !gone.contains(*slot);
+                (0..i).any(|j| clash(fresh[i], fresh[j]))
+                    || (near.iter().filter(stays))
+                        .any(|&slot| clash(fresh[i], self.triangles[slot as usize]))
+            })
     }
 }
 

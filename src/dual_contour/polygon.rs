@@ -24,13 +24,15 @@ use super::grid::Grid;
 use super::implicit::Implicit;
 use super::pattern::trace_of;
 use super::vertex::{Vertex, stray};
+use crate::mesh::is_thin;
 
 /// How the rings were triangulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct RingCounts {
     /// Rings, one a crossed edge.
     pub rings: u64,
-    /// With two concave vertices: no diagonal stays in the envelope.
+    /// With two concave vertices, where no diagonal stays in the envelope, or
+    /// all but in a line.
     pub concave: u64,
     /// With a vertex on the edge because the better diagonal strays.
     pub refined: u64,
@@ -47,6 +49,9 @@ impl RingCounts {
         self
     }
 }
+
+/// Triangles lower than this, over their longest side, are not made.
+pub(super) const NEEDLE: f64 = 1e-8;
 
 /// Marks a vertex that a block numbers itself.
 const OWN: u32 = 1 << 31;
@@ -186,7 +191,13 @@ impl<'a, I: Implicit> Work<'a, I> {
             let [a, b, c] = [points[(i + 3) % 4], points[i], points[(i + 1) % 4]].map(coord);
             orient3d(a, b, c, ends[1]) < 0.0 && orient3d(a, b, c, ends[0]) > 0.0
         };
-        let free = [convex(1) && convex(3), convex(0) && convex(2)];
+        // Three vertices along a crease make no triangle.
+        let wide = |i: usize| {
+            let ear = [points[(i + 3) % 4], points[i], points[(i + 1) % 4]];
+            !is_thin(ear, NEEDLE)
+        };
+        let ears = |i: usize, j: usize| convex(i) && convex(j) && wide(i) && wide(j);
+        let free = [ears(1, 3), ears(0, 2)];
         let bound = [0, 1].map(|i| stray(ring[i].1, ring[i + 2].1));
         let length = [0, 1].map(|i| points[i].distance_squared(points[i + 2]));
         let shorter = usize::from(length[1] < length[0]);

@@ -4,6 +4,15 @@ use glam::DVec3;
 
 use super::{FaceId, TriMesh};
 
+/// Whether a triangle is lower than `ratio` times its longest side: two corners
+/// fall together, or all lie on one line, or nearly so.
+pub fn is_thin([a, b, c]: [DVec3; 3], ratio: f64) -> bool {
+    let (u, v) = (b - a, c - a);
+    let longest = u.length_squared().max(v.length_squared());
+    let longest = longest.max(b.distance_squared(c));
+    u.cross(v).length() <= ratio * longest
+}
+
 /// Axis-parallel box in part units.
 ///
 /// An empty box has `min` above `max`; [`Bounds::is_empty`] tells.

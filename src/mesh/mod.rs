@@ -19,7 +19,7 @@ pub use checks::PartOptions;
 pub use edges::{EdgeCensus, EdgeUse, EdgeUses};
 pub use error::{EdgeReport, PartError, PartWarning};
 pub use intersect::{clash, self_intersections};
-pub use measure::Bounds;
+pub use measure::{Bounds, is_thin};
 pub use weld::{Weld, weld_exact, weld_within};
 
 /// Triangle of the part, by its place among the part's triangles (0-based).

@@ -2,7 +2,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::dual_contour::Implicit;
-use crate::mesh::{EdgeUses, self_intersections};
+use crate::mesh::{EdgeUses, is_thin, self_intersections};
 
 /// Positions, radii, triangles.
 type Sheet = (Vec<DVec3>, Vec<f64>, Vec<[u32; 3]>);
@@ -40,6 +40,7 @@ fn solid_of(surface: &BallSurface, cell: f64) -> TriMesh {
     };
     let mesh = rethicken(surface, &settings, &|_, _, _| ()).unwrap().mesh;
     assert!(self_intersections(&mesh).is_empty());
+    assert!(mesh.faces().all(|f| !is_thin(mesh.corners(f), 1e-9)));
     mesh
 }
 

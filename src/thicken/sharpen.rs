@@ -10,7 +10,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::dual_contour::Precision;
-use crate::mesh::{TriMesh, self_intersections};
+use crate::mesh::{TriMesh, is_thin, self_intersections};
 
 use super::patch::{OnRim, Patch};
 
@@ -82,7 +82,7 @@ pub(super) fn sharpen(
         let pairs = self_intersections(mesh);
         let cutting = pairs.iter().flat_map(|&(f, g)| [f, g]);
         let thin = mesh.faces().skip(patch.mesh.triangles.len());
-        let thin = thin.filter(|&f| is_thin(mesh.corners(f)));
+        let thin = thin.filter(|&f| is_thin(mesh.corners(f), THIN));
         let mut back: Vec<u32> = cutting
             .chain(thin)
             .flat_map(|f| mesh.triangles[f.index()])
@@ -99,13 +99,6 @@ pub(super) fn sharpen(
     }
     mesh.positions = home;
     0
-}
-
-/// Whether two corners fall together, or all lie on one line, or nearly so.
-fn is_thin([a, b, c]: [DVec3; 3]) -> bool {
-    let sides = [a.distance(b), b.distance(c), c.distance(a)];
-    let longest = sides[0].max(sides[1]).max(sides[2]);
-    (b - a).cross(c - a).length() <= THIN * longest * longest
 }
 
 fn spot(patch: &Patch, p: DVec3, thickness: f64, cell: f64) -> Spot {
