@@ -74,8 +74,9 @@ impl LoadedMesh {
     }
 }
 
-/// Numbers that a PLY file gives for its vertices: as many as vertices, or
-/// none where the file has no such property. As read, so of any value.
+/// Numbers that a PLY file gives for its vertices, as many as vertices, or none
+/// where the file has no such property, and for its edges. As read, so of any
+/// value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VertexValues {
     /// Property `thickness`.
@@ -84,6 +85,8 @@ pub struct VertexValues {
     pub radius: Vec<f64>,
     /// Property `kind`; see [`write::vertex_code`].
     pub kind: Vec<f64>,
+    /// Property `kind` of edges, by their vertices, which exist.
+    pub edges: Vec<([u32; 2], f64)>,
 }
 
 /// Oddity met while reading.

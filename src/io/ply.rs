@@ -15,14 +15,24 @@ use super::polygon::FacetSink;
 use super::text::{Lines, corner, decode, excerpt, finite};
 use super::{FacetNames, FacetPlaces, RawMesh, VertexValues};
 
-/// Properties of a vertex that are read: the point, and what a mid-surface
-/// has besides.
-const PROPERTIES: [&str; 6] = ["x", "y", "z", "thickness", "radius", "kind"];
+/// Numbers of a vertex and of an edge that are read: the point, the ends, and
+/// what a mid-surface has besides.
+const PROPERTIES: [&str; 8] = [
+    "x",
+    "y",
+    "z",
+    "thickness",
+    "radius",
+    "kind",
+    "vertex1",
+    "vertex2",
+];
 
+/// A vertex or an edge.
 #[derive(Debug, Default)]
-struct Vertex([Option<f64>; PROPERTIES.len()]);
+struct Numbers([Option<f64>; PROPERTIES.len()]);
 
-impl Vertex {
+impl Numbers {
     fn set(&mut self, name: &str, value: f64) -> PropertyAccessResult {
         let Some(place) = PROPERTIES.iter().position(|known| *known == name) else {
             return PropertyAccessResult::Ignored;
@@ -37,9 +47,9 @@ impl Vertex {
     }
 }
 
-impl PropertyAccess for Vertex {
+impl PropertyAccess for Numbers {
     fn new() -> Self {
-        Vertex::default()
+        Numbers::default()
     }
     fn set_char(&mut self, name: &str, value: i8) -> PropertyAccessResult {
         self.set(name, value.into())
@@ -110,6 +120,15 @@ fn is_corner_list(name: &str) -> bool {
     name == "vertex_indices" || name == "vertex_index"
 }
 
+/// Whether edges say what they are, as those of a mid-surface do.
+fn has_kinds(edge: &ElementDef) -> bool {
+    let has = |name: &&str| {
+        let property = edge.properties.get(*name);
+        property.is_some_and(|p| matches!(p.data_type, PropertyType::Scalar(_)))
+    };
+    ["vertex1", "vertex2", "kind"].iter().all(has)
+}
+
 /// An element of no interest: read over.
 #[derive(Debug, Default)]
 struct Skipped;
@@ -176,13 +195,14 @@ impl<'a> Body<'a> {
         let mut positions = Vec::new();
         let mut values = VertexValues::default();
         let mut faces: Vec<(Place, Vec<i64>)> = Vec::new();
+        let mut edges: Vec<(Place, [i64; 2])> = Vec::new();
         for (name, element) in &header.elements {
             self.check_count(element)?;
             match name.as_str() {
                 "vertex" => {
                     positions.reserve(element.count);
                     for _ in 0..element.count {
-                        let (place, vertex) = self.element::<Vertex>(element)?;
+                        let (place, vertex) = self.element::<Numbers>(element)?;
                         // check_header has seen x, y and z.
                         let point = vertex.point();
                         if !point.is_finite() {
@@ -190,7 +210,7 @@ impl<'a> Body<'a> {
                             return Err((place, Problem::NotFinite { word }));
                         }
                         positions.push(point);
-                        let [_, _, _, thickness, radius, kind] = vertex.0;
+                        let [_, _, _, thickness, radius, kind, ..] = vertex.0;
                         values.thickness.extend(thickness);
                         values.radius.extend(radius);
                         values.kind.extend(kind);
@@ -203,11 +223,26 @@ impl<'a> Body<'a> {
                         faces.push((place, face.corners));
                     }
                 }
+                "edge" if has_kinds(element) => {
+                    values.edges.reserve(element.count);
+                    for _ in 0..element.count {
+                        let (place, edge) = self.element::<Numbers>(element)?;
+                        let [.., kind, from, to] = edge.0.map(Option::unwrap_or_default);
+                        edges.push((place, [from as i64, to as i64]));
+                        values.edges.push(([0; 2], kind));
+                    }
+                }
                 _ => {
                     for _ in 0..element.count {
                         self.element::<Skipped>(element)?;
                     }
                 }
+            }
+        }
+        // Edges may come before the vertices.
+        for ((ends, _), (place, given)) in values.edges.iter_mut().zip(edges) {
+            for (end, index) in ends.iter_mut().zip(given) {
+                *end = corner(index, positions.len()).map_err(|problem| (place, problem))?;
             }
         }
         let mut sink = FacetSink::with_capacity(faces.len());

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use miette::Diagnostic;
+use rustc_hash::FxHashSet;
 use thiserror::Error;
 
 use super::text::{Lines, decode, excerpt};
@@ -129,13 +130,26 @@ pub fn read_surface(
             });
         }
     };
-    let kinds = !values.kind.is_empty();
-    let kind = |v: u32, of: VertexKind| {
+    let kinds = !values.kind.is_empty() || !values.edges.is_empty();
+    let is = |kind: f64, of: VertexKind| kind == f64::from(vertex_code(of));
+    let coping: FxHashSet<[u32; 2]> = (values.edges.iter())
+        .filter(|(_, kind)| is(*kind, VertexKind::CopingBorder))
+        .map(|([a, b], _)| [*a.min(b), *a.max(b)])
+        .collect();
+    let fading = |v: u32| {
         let kind = values.kind.get(v as usize);
-        kind.is_some_and(|&kind| kind == f64::from(vertex_code(of)))
+        kind.is_some_and(|&kind| is(kind, VertexKind::FadingBorder))
     };
-    // Where both kinds of border meet, the vertex is of the coping one.
-    let flat = |edge: [u32; 2]| !round && !edge.iter().any(|&v| kind(v, VertexKind::FadingBorder));
+    // A vertex where both kinds of border meet is of the coping one, so edges
+    // that say what they are know better.
+    let flat = |[a, b]: [u32; 2]| {
+        !round
+            && if values.edges.is_empty() {
+                !fading(a) && !fading(b)
+            } else {
+                coping.contains(&[a.min(b), a.max(b)])
+            }
+    };
     let triangles = loaded.mesh.triangles.len();
     let surface = BallSurface::new(loaded.mesh.positions, radii, loaded.mesh.triangles, flat)
         .map_err(|source| SurfaceReadError::Balls {

@@ -231,6 +231,17 @@ fn broken_ply_files_are_refused_with_their_place() {
         "finite",
     );
 
+    // Edges that say what they are have to exist.
+    let with_edge = |edge: &str| {
+        let more = "vertex1\nproperty int vertex2\nproperty uchar kind\nend_header\n";
+        let text = text.replacen("vertex1\nend_header\n", more, 1);
+        text.replace("\n5\n", &format!("\n{edge}\n")).into_bytes()
+    };
+    let read_edge = read(ply, &with_edge("7 0 3")).unwrap();
+    assert_eq!(read_edge.values.edges, [([7, 0], 3.0)]);
+    refused(ply, &with_edge("0 8 3"), Line(37), "8");
+    refused(ply, &with_edge("0 -1 3"), Line(37), "");
+
     let binary = ply_binary(&mesh, false, false);
     let end = binary.len() as u64;
     refused(

@@ -4,10 +4,14 @@ use glam::DVec3;
 use midsurf::extract::{Cell, Settings as ExtractSettings, extract};
 use midsurf::io::write::{SurfaceFormat, SurfaceOptions, write_surface};
 use midsurf::io::{RadiusSource, read_mesh, read_surface};
+use midsurf::mesh::midsurface::{
+    BorderKind, BorderLine, MidSurface, MidTriangle, MidVertex, VertexKind,
+};
 use midsurf::mesh::{EdgeUses, Part, PartOptions, TriMesh, self_intersections};
 use midsurf::rethicken::{BallSurface, Settings, rethicken};
 use midsurf::roundtrip::{self, Comparison};
 use serde_json::Value;
+use smallvec::SmallVec;
 
 use crate::common::{Desk, fixture, fixture_part, obj_text, small_box, text};
 
@@ -153,6 +157,53 @@ fn the_solid_does_not_depend_on_threads_or_files() {
             .mesh,
         first
     );
+}
+
+#[test]
+fn a_ply_tells_borders_by_edge() {
+    // One edge fades between two corners that belong to coping borders.
+    let vertex = |x: f64, y: f64| MidVertex {
+        position: DVec3::new(x, y, 0.0),
+        kind: VertexKind::CopingBorder,
+        thickness: 2.0,
+        footpoints: SmallVec::new(),
+    };
+    let border = |path: &[u32], kind| BorderLine {
+        path: path.to_vec(),
+        sheet: 0,
+        kind,
+        closed: false,
+    };
+    let surface = MidSurface {
+        vertices: vec![vertex(0.0, 0.0), vertex(9.0, 0.0), vertex(0.0, 9.0)],
+        triangles: vec![MidTriangle {
+            corners: [0, 1, 2],
+            sheet: 0,
+        }],
+        borders: vec![
+            border(&[0, 1], BorderKind::Fading),
+            border(&[1, 2, 0], BorderKind::Coping),
+        ],
+        sheet_count: 1,
+        ..MidSurface::default()
+    };
+    let mut bytes = Vec::new();
+    write_surface(
+        &surface,
+        SurfaceFormat::Ply,
+        SurfaceOptions::default(),
+        &mut bytes,
+    )
+    .unwrap();
+    let desk = Desk::new();
+    let file = desk.put("mid.ply", bytes);
+    let flat = |round| {
+        let loaded = read_surface(&file, None, round).unwrap();
+        assert!(loaded.kinds);
+        loaded.surface.flat_edges()
+    };
+    assert_eq!(BallSurface::of(&surface).unwrap().flat_edges(), 2);
+    assert_eq!([flat(false), flat(true)], [2, 0]);
 }
 
 /// Runs the command; its report and stderr.

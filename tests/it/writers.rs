@@ -131,12 +131,23 @@ fn ply_round_trips() {
     let triangles: Vec<_> = surface.triangles.iter().map(|t| t.corners).collect();
     assert_eq!(loaded.mesh.triangles, triangles);
     // Thickness, radius and kind of the last vertex, sheet of the last face.
-    let faces = bytes.len() - 3 * 17;
+    let faces = bytes.len() - 7 * 9 - 3 * 17;
     assert_eq!(bytes[faces - 1], 4);
     assert_eq!(bytes[faces - 9..faces - 1], 1.0f64.to_le_bytes());
     assert_eq!(bytes[faces - 17..faces - 9], 2.0f64.to_le_bytes());
     assert_eq!(loaded.values.radius, [1.0; 5]);
-    assert_eq!(bytes[bytes.len() - 4..], 1u32.to_le_bytes());
+    assert_eq!(bytes[bytes.len() - 7 * 9 - 4..][..4], 1u32.to_le_bytes());
+    // A seam, two coping borders and a fading one between seam vertices.
+    let edges = [
+        ([0, 1], 1.0),
+        ([1, 2], 3.0),
+        ([2, 0], 3.0),
+        ([0, 3], 3.0),
+        ([3, 1], 3.0),
+        ([1, 4], 4.0),
+        ([4, 0], 4.0),
+    ];
+    assert_eq!(loaded.values.edges, edges);
 }
 
 #[test]

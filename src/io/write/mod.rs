@@ -130,7 +130,7 @@ pub fn vertex_code(kind: VertexKind) -> u8 {
     }
 }
 
-/// Number for a border kind in VTU; that of its vertices.
+/// Number for a border kind in PLY and VTU; that of its vertices.
 fn border_code(kind: BorderKind) -> u8 {
     vertex_code(match kind {
         BorderKind::Coping => VertexKind::CopingBorder,

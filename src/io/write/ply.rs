@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
-use super::vertex_code;
+use super::{border_code, vertex_code};
 use crate::mesh::TriMesh;
-use crate::mesh::midsurface::MidSurface;
+use crate::mesh::midsurface::{MidSurface, VertexKind};
 
 /// A number and a colour for it at every vertex.
 pub(super) struct Paint<'a> {
@@ -63,8 +63,18 @@ pub(super) fn write_mesh(
     Ok(())
 }
 
-/// Writes a mid-surface with thickness, radius and kind a vertex, sheet a face.
+/// Writes a mid-surface with thickness, radius and kind a vertex, sheet a face,
+/// and the edges of seams and borders with their kind.
 pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()> {
+    let seams = (surface.seams.iter()).map(|l| (&l.path, l.closed, vertex_code(VertexKind::Seam)));
+    let borders = (surface.borders.iter()).map(|l| (&l.path, l.closed, border_code(l.kind)));
+    let edges: Vec<([u32; 2], u8)> = seams
+        .chain(borders)
+        .flat_map(|(path, closed, kind)| {
+            let next = path.iter().skip(1).chain(path.first().filter(|_| closed));
+            path.iter().zip(next).map(move |(&a, &b)| ([a, b], kind))
+        })
+        .collect();
     write!(
         out,
         "ply\n\
@@ -80,9 +90,14 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
          element face {}\n\
          property list uchar int vertex_indices\n\
          property int sheet\n\
+         element edge {}\n\
+         property int vertex1\n\
+         property int vertex2\n\
+         property uchar kind\n\
          end_header\n",
         surface.vertices.len(),
-        surface.triangles.len()
+        surface.triangles.len(),
+        edges.len()
     )?;
     for vertex in &surface.vertices {
         write_floats(&vertex.position.to_array(), out)?;
@@ -92,6 +107,11 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
     for triangle in &surface.triangles {
         write_corners(triangle.corners, out)?;
         out.write_all(&triangle.sheet.to_le_bytes())?;
+    }
+    for ([a, b], kind) in edges {
+        out.write_all(&a.to_le_bytes())?;
+        out.write_all(&b.to_le_bytes())?;
+        out.write_all(&[kind])?;
     }
     Ok(())
 }
