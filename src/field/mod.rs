@@ -208,23 +208,24 @@ impl Field {
     /// The same as [`footpoint_near`](Field::footpoint_near), and whether `p`
     /// lies inside, told by the wall triangles alone. For parts without coping.
     ///
-    /// With winding numbers the side costs another search; it is left out, and
-    /// `outside` answered, for points nearer to the surface than `sided_from`.
+    /// By a winding number the side costs another search; it is left out, and
+    /// not answered, for points nearer to the surface than `sided_from`.
     pub fn sided_footpoint_near(
         &self,
         p: DVec3,
         hint: FaceId,
         sided_from: f64,
-    ) -> (Footpoint, bool) {
+    ) -> (Footpoint, Option<bool>) {
         let mut best = Best::none();
         if let Some(slot) = self.wall_slot(hint) {
             best.offer(&self.triangles, slot, p);
         }
         let best = self.search(&self.wall_tree, p, best);
-        let inside = best.found.is_some_and(|(slot, closest)| {
-            let behind = self.sign.behind(&self.triangles, slot, &closest);
-            behind.unwrap_or_else(|| best.distance >= sided_from && self.is_wound_round(p))
-        });
+        let behind = best
+            .found
+            .and_then(|(slot, closest)| self.sign.behind(&self.triangles, slot, &closest));
+        let wound = || (best.distance >= sided_from).then(|| self.is_wound_round(p));
+        let inside = behind.or_else(wound);
         (self.finish_wall(p, best), inside)
     }
 

@@ -69,12 +69,12 @@ impl Implicit for OffsetSolid<'_> {
     fn sample(&self, p: DVec3, hint: u32) -> Sample {
         let reach = self.distance.abs();
         let (foot, inside) = self.field.sided_footpoint_near(p, FaceId(hint), reach);
-        let side = if self.field.is_closed_manifold() || foot.distance >= reach {
-            if inside { -1.0 } else { 1.0 }
-        } else {
+        let side = match inside {
+            Some(true) => -1.0,
+            Some(false) => 1.0,
             // Which side of the part is not known here, and does not matter:
             // the point is on the near side of the offset either way.
-            self.distance.signum()
+            None => self.distance.signum(),
         };
         Sample {
             value: side * foot.distance - self.distance,
@@ -118,4 +118,61 @@ fn direction(field: &Field, p: DVec3, foot: DVec3, face: FaceId) -> DVec3 {
     (p - foot)
         .try_normalize()
         .unwrap_or_else(|| field.normal(face))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::TriMesh;
+
+    #[test]
+    fn at_a_sliver_values_are_lower_bounds() {
+        // A tetrahedron; on one side an edge has a vertex in its middle, and a
+        // triangle without height closes the gap.
+        let positions = vec![
+            DVec3::ZERO,
+            DVec3::new(4.0, 0.0, 0.0),
+            DVec3::new(0.0, 4.0, 0.0),
+            DVec3::new(0.0, 0.0, 4.0),
+            DVec3::new(2.0, 1e-17, 0.0),
+        ];
+        let clean = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let dirty = vec![
+            [0, 2, 1],
+            [0, 4, 3],
+            [4, 1, 3],
+            [0, 1, 4],
+            [1, 2, 3],
+            [2, 0, 3],
+        ];
+        // Turned inside out, so that the edge is a reflex one: points inside
+        // are nearest to the sliver.
+        let [clean, dirty] = [clean, dirty].map(|triangles: Vec<[u32; 3]>| {
+            let positions = positions.clone();
+            let triangles = triangles.into_iter().map(|[a, b, c]| [a, c, b]).collect();
+            Field::of_mesh(&TriMesh {
+                positions,
+                triangles,
+            })
+        });
+        for distance in [0.5, -0.5] {
+            let [clean, dirty] = [&clean, &dirty].map(|field| OffsetSolid::new(field, distance));
+            for i in 0..4000 {
+                let r = |k: i32| f64::from((i * 7919 + k * 104_729 + i * i * k) % 1009) / 1009.0;
+                let p = DVec3::new(4.0 * r(1), 0.6 * r(2) - 0.3, 0.6 * r(3) - 0.3);
+                let [a, b] = [&clean, &dirty].map(|solid| solid.sample(p, 0));
+                // Within the distance the side may be left open: the value is
+                // then a lower bound, which the band may rely on.
+                assert_eq!(a.value < 0.0, b.value < 0.0, "{p}");
+                let free = p.y.hypot(p.z) < distance.abs();
+                let bound = b.value.abs() <= a.value.abs() + 1e-9;
+                assert!(
+                    bound && (free || b.value == a.value),
+                    "{p}: {} {}",
+                    a.value,
+                    b.value
+                );
+            }
+        }
+    }
 }

@@ -259,6 +259,27 @@ fn single_precision_is_kept() {
 }
 
 #[test]
+fn slivers_change_nothing() {
+    let clean = sphere(5.0, 3);
+    let mut dirty = clean.clone();
+    for i in (0..clean.triangles.len()).step_by(7) {
+        // A vertex amid an edge of one triangle; a sliver closes the gap.
+        let [a, b, c] = dirty.triangles[i];
+        let m = dirty.positions.len() as u32;
+        let middle = dirty.positions[a as usize].midpoint(dirty.positions[b as usize]);
+        dirty.positions.push(middle);
+        dirty.triangles[i] = [a, m, c];
+        dirty.triangles.extend([[m, b, c], [m, a, b]]);
+    }
+    for distance in [0.8, -0.8] {
+        let [clean, dirty] = [&clean, &dirty].map(|mesh| run(mesh, distance, 0.3));
+        check(&dirty.mesh);
+        let (a, b) = (clean.mesh.volume(), dirty.mesh.volume());
+        assert!((a / b - 1.0).abs() < 1e-5, "{distance}: {a} {b}");
+    }
+}
+
+#[test]
 fn cutting_parts_go_by_winding_number() {
     let size = DVec3::splat(2.0);
     let two = join(
