@@ -10,7 +10,7 @@
 //! * [`Implicit`]: the solid; what the offset and the thickening bring along.
 //! * [`Grid`]: planes, cells between them, and the numbers vertices may have.
 //! * `band`: nodes near the surface, by the filters; `settle` where they err.
-//! * `edges`: crossings of grid edges, with normals; [`hybrid`] finds them.
+//! * `edges`: crossings of grid edges, with normals; `hybrid` finds them.
 //! * `pattern`: how the surface passes through a cell.
 //! * `cells`: a vertex for each loop of each cell (`vertex`, `qef`).
 //! * `faces`: further vertices where chords stray.
