@@ -162,7 +162,7 @@ impl Args {
     }
 }
 
-fn warnings(args: &Args, loaded: &LoadedSurface, lost: &[RethickenWarning]) -> Vec<Warning> {
+fn warnings(args: &Args, loaded: &LoadedSurface, found: &[RethickenWarning]) -> Vec<Warning> {
     let warning = |code, message: &str| Warning {
         code,
         message: format!("{}: {message}", args.surface.display()),
@@ -178,8 +178,8 @@ fn warnings(args: &Args, loaded: &LoadedSurface, lost: &[RethickenWarning]) -> V
         let message = "the file does not tell coping from fading borders: all end flat";
         warnings.push(warning("unknown_borders", message));
     }
-    for lost in lost {
-        let (code, message) = explain(*lost);
+    for &found in found {
+        let (code, message) = explain(found);
         warnings.push(warning(code, message));
     }
     warnings

@@ -81,7 +81,8 @@ impl Grid {
                 cell,
                 cells,
                 gigabytes: bytes / 1e9,
-                // Fits, and is exact where only one of the two counts.
+                // Fits that area and volume, and is exact where only one of the
+                // two counts.
                 smallest: smallest_cell(area, memory_limit)
                     + (volume * BYTES_PER_NODE / memory_limit as f64).cbrt(),
             }));

@@ -13,7 +13,8 @@ use super::implicit::{Crossing, Implicit, Sample};
 /// Splits after which every other one is in the middle.
 const PATIENCE: u8 = 6;
 
-/// Splits after which the crossing is known to the last bit.
+/// Splits after which the piece is some 1e-8 of the edge even if no guess ever
+/// helped.
 const MOST_SPLITS: u8 = 60;
 
 /// The part of a segment that holds the crossing.

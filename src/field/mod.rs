@@ -316,8 +316,9 @@ impl Field {
     /// Whether `p` lies inside the part; see `sign` for how it is told.
     ///
     /// On the surface itself the answer is either. An inverted closed part
-    /// (normals inward) gets inverted answers; an open part gets those of the
-    /// generalised winding number, which closes its openings smoothly.
+    /// (normals inward) gets inverted answers, but for "outside" where a sliver
+    /// is nearest; an open part gets those of the generalised winding number,
+    /// which closes its openings smoothly.
     pub fn inside(&self, p: DVec3) -> bool {
         // Outside the box of a closed part there is only outside; an inverted
         // part is not to be told apart here and says "outside" too.

@@ -102,7 +102,7 @@ impl Triangle {
     /// Without a normal to trust: without area, or so thin that it is measured
     /// by its edges alone.
     pub fn is_sliver(&self) -> bool {
-        self.flags & (FLAG_THIN | FLAG_DEGENERATE) != 0
+        self.flags & FLAG_THIN != 0
     }
 
     /// Unit normal, counter-clockwise side; zero when degenerate.

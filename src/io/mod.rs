@@ -44,7 +44,7 @@ pub struct LoadedMesh {
     /// What was odd but could be read.
     pub warnings: Vec<ReadWarning>,
     /// What the file says of vertices besides their place.
-    pub values: VertexValues,
+    pub values: PlyValues,
     /// SHA-256 of the file's bytes, in hexadecimal.
     pub sha256: String,
     places: FacetPlaces,
@@ -78,7 +78,7 @@ impl LoadedMesh {
 /// where the file has no such property, and for its edges. As read, so of any
 /// value.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct VertexValues {
+pub struct PlyValues {
     /// Property `thickness`.
     pub thickness: Vec<f64>,
     /// Property `radius`.
@@ -115,7 +115,7 @@ pub(crate) struct RawMesh {
     pub(crate) names: FacetNames,
     pub(crate) places: FacetPlaces,
     pub(crate) warnings: Vec<ReadWarning>,
-    pub(crate) values: VertexValues,
+    pub(crate) values: PlyValues,
 }
 
 /// Mesh formats that can be read.

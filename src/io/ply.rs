@@ -13,7 +13,7 @@ use ply_rs_bw::ply::{
 use super::error::{Located, Place, Problem};
 use super::polygon::FacetSink;
 use super::text::{Lines, corner, decode, excerpt, finite};
-use super::{FacetNames, FacetPlaces, RawMesh, VertexValues};
+use super::{FacetNames, FacetPlaces, PlyValues, RawMesh};
 
 /// Numbers of a vertex and of an edge that are read: the point, the ends, and
 /// what a mid-surface has besides.
@@ -120,13 +120,19 @@ fn is_corner_list(name: &str) -> bool {
     name == "vertex_indices" || name == "vertex_index"
 }
 
-/// Whether edges say what they are, as those of a mid-surface do.
+/// Whether edges say what they are, in whole numbers, as those of a mid-surface
+/// do.
 fn has_kinds(edge: &ElementDef) -> bool {
     let has = |name: &&str| {
         let property = edge.properties.get(*name);
-        property.is_some_and(|p| matches!(p.data_type, PropertyType::Scalar(_)))
+        let PropertyType::Scalar(scalar) = property.map(|p| &p.data_type)? else {
+            return None;
+        };
+        (!matches!(scalar, ScalarType::Float | ScalarType::Double)).then_some(())
     };
-    ["vertex1", "vertex2", "kind"].iter().all(has)
+    ["vertex1", "vertex2", "kind"]
+        .iter()
+        .all(|name| has(name).is_some())
 }
 
 /// An element of no interest: read over.
@@ -193,7 +199,7 @@ impl<'a> Body<'a> {
         let header = self.header;
         check_header(header)?;
         let mut positions = Vec::new();
-        let mut values = VertexValues::default();
+        let mut values = PlyValues::default();
         let mut faces: Vec<(Place, Vec<i64>)> = Vec::new();
         let mut edges: Vec<(Place, [i64; 2])> = Vec::new();
         for (name, element) in &header.elements {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::field::Field;
@@ -25,12 +26,20 @@ const MOST_PIECES: u32 = 1000;
 
 /// Measures a part against a solid at points some `size` apart.
 pub fn deviation_map(part: &TriMesh, solid: &TriMesh, size: f64) -> DeviationMap {
-    let mesh = split(part, size.max((2.0 * part.area() / MOST).sqrt()));
+    // Wide triangles count by area, long ones by length.
+    let length: f64 = part.faces().map(|face| longest(part.corners(face))).sum();
+    let least = (2.0 * part.area() / MOST).sqrt().max(2.0 * length / MOST);
+    let mesh = split(part, size.max(least));
     let solid = Field::of_mesh(solid);
     let deviation = (mesh.positions.par_iter())
         .map(|&p| solid.signed_clearance(p))
         .collect();
     DeviationMap { mesh, deviation }
+}
+
+/// Length of the longest side.
+fn longest([a, b, c]: [DVec3; 3]) -> f64 {
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
 }
 
 /// Each triangle in rows from the corner opposite its shortest edge, so that
@@ -82,8 +91,6 @@ fn join(upper: Range<u32>, lower: Range<u32>, out: &mut Vec<[u32; 3]>) {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
 
     #[test]

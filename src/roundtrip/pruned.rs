@@ -94,14 +94,11 @@ impl<'a> Pruned<'a> {
             radius: 0.0,
             growth: 1.0,
         };
-        let (mut face, mut point) = (face, point);
+        let mut face = face;
         for _ in 0..MOST_FACETS {
             let (centre, touch) = ray.ball(field, face)?;
-            let own = Footpoint {
-                face,
-                point,
-                distance: centre.distance(point),
-            };
+            // The ball leaves the place where it began, and slides over facets.
+            let own = field.footpoint_on(centre, face);
             let angle = object_angle(centre, &own, &touch);
             if angle >= FACETS {
                 return Some((centre, [own, touch]));
@@ -115,7 +112,7 @@ impl<'a> Pruned<'a> {
                 radius: own.distance,
                 growth: direction.dot(away[0]),
             };
-            (face, point) = (touch.face, touch.point);
+            face = touch.face;
         }
         None
     }

@@ -81,7 +81,8 @@ pub enum WriteError {
 pub enum SurfaceFormat {
     /// Wavefront OBJ, one group a sheet, with a CSV of thickness beside it.
     Obj,
-    /// Binary PLY with thickness, radius and kind a vertex, sheet a face.
+    /// Binary PLY with thickness, radius and kind a vertex, sheet a face, and
+    /// seams and borders as edges.
     Ply,
     /// VTK unstructured grid for ParaView: triangles, and seams and borders
     /// as lines.

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::{border_code, vertex_code};
+use super::{border_code, segments, vertex_code};
 use crate::mesh::TriMesh;
 use crate::mesh::midsurface::{MidSurface, VertexKind};
 
@@ -70,10 +70,7 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
     let borders = (surface.borders.iter()).map(|l| (&l.path, l.closed, border_code(l.kind)));
     let edges: Vec<([u32; 2], u8)> = seams
         .chain(borders)
-        .flat_map(|(path, closed, kind)| {
-            let next = path.iter().skip(1).chain(path.first().filter(|_| closed));
-            path.iter().zip(next).map(move |(&a, &b)| ([a, b], kind))
-        })
+        .flat_map(|(path, closed, kind)| segments(path, closed).map(move |edge| (edge, kind)))
         .collect();
     write!(
         out,

@@ -10,6 +10,9 @@ use glam::DVec3;
 /// Relative to the lengths that are multiplied; rounding is a thousandth of it.
 const CLEAR: f64 = 1e-12;
 
+/// Lengths below this are left to the exact signs: their squares may vanish.
+const LEAST: f64 = 1e-140;
+
 /// Sine of an angle below which a triangle's height is not trusted.
 const THIN: f64 = 1e-6;
 
@@ -57,7 +60,8 @@ fn apart(mine: [DVec3; 3], theirs: [DVec3; 3]) -> bool {
     let parts = |normal: DVec3| {
         let [a, b, c] = mine.map(|p| p.dot(normal));
         let [d, e, f] = theirs.map(|p| p.dot(normal));
-        d.min(e).min(f) - a.max(b).max(c) > CLEAR * reach * normal.length()
+        let (gap, length) = (d.min(e).min(f) - a.max(b).max(c), normal.length());
+        length > LEAST && reach > LEAST && gap > CLEAR * reach * length
     };
     let middle = |[a, b, c]: [DVec3; 3]| a + b + c;
     let outward = |[a, b, c]: [DVec3; 3]| {
