@@ -26,14 +26,9 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 use smallvec::SmallVec;
 
+use super::block::{Bits, Block, SIDE, block_of, local};
 use super::grid::Grid;
 use super::implicit::{Implicit, Sample};
-use super::settle::is_within;
-
-/// Nodes along a block.
-pub(super) const SIDE: i32 = 8;
-/// Nodes of a block.
-const NODES: usize = 512;
 
 /// Which filters are on; all of them, except to measure what each is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,82 +69,9 @@ pub struct FilterCounts {
     pub valid: u64,
 }
 
-/// One bit a node of a block.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Bits(pub [u64; NODES / 64]);
-
-impl Bits {
-    #[inline]
-    pub fn get(&self, i: usize) -> bool {
-        self.0[i / 64] >> (i % 64) & 1 != 0
-    }
-
-    #[inline]
-    pub fn set(&mut self, i: usize) {
-        self.0[i / 64] |= 1 << (i % 64);
-    }
-
-    /// Number of bits set below `i`.
-    #[inline]
-    pub fn rank(&self, i: usize) -> usize {
-        let whole: u32 = self.0[..i / 64].iter().map(|w| w.count_ones()).sum();
-        (whole + (self.0[i / 64] & ((1 << (i % 64)) - 1)).count_ones()) as usize
-    }
-
-    pub fn or(&mut self, other: &Bits) {
-        for (word, more) in self.0.iter_mut().zip(other.0) {
-            *word |= more;
-        }
-    }
-
-    pub fn count(&self) -> usize {
-        self.0.iter().map(|w| w.count_ones() as usize).sum()
-    }
-
-    /// Bits set, in order.
-    pub fn ones(&self) -> impl Iterator<Item = usize> + '_ {
-        self.0.iter().enumerate().flat_map(|(w, &word)| {
-            let mut rest = word;
-            std::iter::from_fn(move || {
-                (rest != 0).then(|| {
-                    let bit = rest.trailing_zeros() as usize;
-                    rest &= rest - 1;
-                    w * 64 + bit
-                })
-            })
-        })
-    }
-}
-
-/// Number of a node within its block; x runs fastest.
-#[inline]
-pub(super) fn local(at: IVec3) -> usize {
-    let l = at & IVec3::splat(SIDE - 1);
-    (l.x + SIDE * (l.y + SIDE * l.z)) as usize
-}
-
-/// Block of a node.
-#[inline]
-pub(super) fn block_of(at: IVec3) -> IVec3 {
-    at >> 3
-}
-
-/// Node with a local number in a block.
-pub(super) fn node_of(key: IVec3, local: usize) -> IVec3 {
-    let l = local as i32;
-    key * SIDE + IVec3::new(l % SIDE, l / SIDE % SIDE, l / (SIDE * SIDE))
-}
-
-/// Nodes `SIDE * key` up to `SIDE * key + 7` along each axis.
-#[derive(Clone, Debug)]
-pub(super) struct Block {
-    pub key: IVec3,
-    /// Valid nodes.
-    pub valid: Bits,
-    /// Nodes inside the solid, valid or not.
-    pub inside: Bits,
-    /// Nearest element of each valid node.
-    pub elements: Vec<u32>,
+/// Whether a node is not on the rim of the grid, where everything is outside.
+pub(super) fn is_within(node: IVec3, last: IVec3) -> bool {
+    node.cmpgt(IVec3::ZERO).all() && node.cmplt(last).all()
 }
 
 /// The valid nodes.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
-use super::band::{Bits, block_of, local, node_of};
+use super::block::{Bits, block_of, local, node_of};
 use super::edges::{EdgeBlock, Edges, Hermite};
 use super::grid::Grid;
 use super::implicit::Implicit;

@@ -1,15 +1,17 @@
 //! Crossed edges and their Hermite data (section V of the paper).
 //!
 //! An edge is crossed where its two nodes lie on different sides (Definition
-//! 2). Values change by at most the distance walked, so both ends are valid
-//! nodes, and each edge, owned by the block of its lower node, is solved once.
+//! 2). Both ends are valid nodes: values change by at most the distance walked,
+//! and where they do not, `settle` saw to it. Each edge, owned by the block of
+//! its lower node, is solved once.
 
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use super::band::{Band, Bits, Block, block_of, local, node_of};
+use super::band::Band;
+use super::block::{Bits, Block, block_of, local, node_of};
 use super::grid::Grid;
 use super::implicit::{Crossing, Implicit, Sample};
 

@@ -18,7 +18,7 @@ use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::band::{block_of, local, node_of};
+use super::block::{block_of, local, node_of};
 use super::cells::{
     Apart, CellBlock, CellRef, Cells, Crossings, Neighbourhood, loops, neighbourhood, owner,
 };

@@ -17,7 +17,8 @@ pub struct Sample {
 }
 
 /// A solid as the zero set of a function that changes by at most the distance
-/// walked, and that is, near its surface, everywhere that of the nearest of a
+/// walked (where it has a step, that is found if a node beside it is near the
+/// surface; the contour is closed in any case), and that is, near its surface, everywhere that of the nearest of a
 /// number of *elements* (the triangles of a part, say).
 ///
 /// Answers depend on the arguments alone, whatever the hint.

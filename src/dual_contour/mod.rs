@@ -9,6 +9,7 @@
 //!
 //! * [`Implicit`]: the solid; what the offset and the thickening bring along.
 //! * [`Grid`]: planes, cells between them, and the numbers vertices may have.
+//! * `block`: how nodes are numbered and kept.
 //! * `band`: nodes near the surface, by the filters; `settle` where they err.
 //! * `edges`: crossings of grid edges, with normals; `hybrid` finds them.
 //! * `pattern`: how the surface passes through a cell.
@@ -31,6 +32,7 @@
 //! than a cell may be missing or joined.
 
 mod band;
+mod block;
 mod budget;
 mod cells;
 mod deviation;

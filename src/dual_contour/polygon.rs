@@ -16,7 +16,7 @@ use robust::{Coord3D, orient3d};
 use serde::Serialize;
 use smallvec::SmallVec;
 
-use super::band::{block_of, local, node_of};
+use super::block::{block_of, local, node_of};
 use super::cells::{CellBlock, CellRef, Cells, around, numbers_around};
 use super::edges::{EdgeBlock, Edges};
 use super::faces::Faces;

@@ -12,25 +12,10 @@
 use glam::IVec3;
 use rayon::prelude::*;
 
-use super::band::{Band, Bits, Block, SIDE, block_of, local, node_of};
+use super::band::{Band, is_within};
+use super::block::{Block, SIDE, block_of, layer, local, node_of};
 use super::grid::Grid;
 use super::implicit::Implicit;
-
-/// Nodes of a block in the layer at its lower or upper side across an axis.
-fn layer(axis: usize, upper: bool) -> Bits {
-    let at = if upper { SIDE as usize - 1 } else { 0 };
-    Bits(std::array::from_fn(|z| match axis {
-        0 => 0x0101_0101_0101_0101 << at,
-        1 => 0xff << (8 * at),
-        _ => {
-            if z == at {
-                u64::MAX
-            } else {
-                0
-            }
-        }
-    }))
-}
 
 /// What a block lacks.
 #[derive(Default)]
@@ -132,85 +117,5 @@ impl Band {
             }
         }
         lack
-    }
-}
-
-/// Whether a node is not on the rim of the grid, where everything is outside.
-pub(super) fn is_within(node: IVec3, last: IVec3) -> bool {
-    node.cmpgt(IVec3::ZERO).all() && node.cmplt(last).all()
-}
-
-impl Block {
-    fn empty(key: IVec3) -> Block {
-        Block {
-            key,
-            valid: Bits::default(),
-            inside: Bits::default(),
-            elements: Vec::new(),
-        }
-    }
-
-    /// Makes a node valid.
-    fn learn(&mut self, at: usize, inside: bool, element: u32) {
-        let rank = self.valid.rank(at);
-        if self.valid.get(at) {
-            self.elements[rank] = element;
-        } else {
-            self.valid.set(at);
-            self.elements.insert(rank, element);
-        }
-        self.inside.put(at, inside);
-    }
-}
-
-impl Bits {
-    /// By node, the bit of the next node along an axis; `beyond` is the next
-    /// block, all zeros if there is none.
-    fn step_down(&self, beyond: Option<&Bits>, axis: usize) -> Bits {
-        let zero = Bits::default();
-        let (own, next) = (&self.0, &beyond.unwrap_or(&zero).0);
-        Bits(std::array::from_fn(|z| match axis {
-            0 => {
-                let last = 0x8080_8080_8080_8080;
-                (own[z] >> 1 & !last) | (next[z] << 7 & last)
-            }
-            1 => own[z] >> 8 | next[z] << 56,
-            _ => {
-                if z + 1 < own.len() {
-                    own[z + 1]
-                } else {
-                    next[0]
-                }
-            }
-        }))
-    }
-
-    fn each(&self, other: &Bits, with: impl Fn(u64, u64) -> u64) -> Bits {
-        Bits(std::array::from_fn(|i| with(self.0[i], other.0[i])))
-    }
-
-    fn xor(&self, other: &Bits) -> Bits {
-        self.each(other, |a, b| a ^ b)
-    }
-
-    fn and(&self, other: &Bits) -> Bits {
-        self.each(other, |a, b| a & b)
-    }
-
-    fn without(&self, other: &Bits) -> Bits {
-        self.each(other, |a, b| a & !b)
-    }
-
-    fn is_empty(&self) -> bool {
-        self.0 == [0; 8]
-    }
-
-    fn put(&mut self, i: usize, value: bool) {
-        let bit = 1 << (i % 64);
-        if value {
-            self.0[i / 64] |= bit;
-        } else {
-            self.0[i / 64] &= !bit;
-        }
     }
 }

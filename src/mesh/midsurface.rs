@@ -4,6 +4,8 @@ use glam::DVec3;
 use serde::Serialize;
 use smallvec::SmallVec;
 
+use super::TriMesh;
+
 /// What a mid-surface vertex is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -104,4 +106,24 @@ pub struct MidSurface {
     pub junctions: Vec<u32>,
     /// Number of sheets; sheets are numbered from 0.
     pub sheet_count: u32,
+}
+
+impl MidSurface {
+    /// Its triangles alone.
+    pub fn mesh(&self) -> TriMesh {
+        TriMesh {
+            positions: self.vertices.iter().map(|v| v.position).collect(),
+            triangles: self.triangles.iter().map(|t| t.corners).collect(),
+        }
+    }
+}
+
+/// Segments of a line of vertices, as [`SeamLine::path`] holds them; a closed one
+/// returns to its start.
+pub fn segments(path: &[u32], closed: bool) -> impl Iterator<Item = [u32; 2]> + '_ {
+    let back = match path {
+        [first, .., last] if closed => Some([*last, *first]),
+        _ => None,
+    };
+    path.windows(2).map(|pair| [pair[0], pair[1]]).chain(back)
 }

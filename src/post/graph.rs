@@ -22,7 +22,7 @@ use crate::assembly::mesh::{RawMesh, edge};
 use crate::assembly::tet::Line;
 use crate::field::Field;
 use crate::mesh::midsurface::{
-    BorderKind, BorderLine, MidSurface, MidTriangle, MidVertex, SeamLine, VertexKind,
+    BorderKind, BorderLine, MidSurface, MidTriangle, MidVertex, SeamLine, VertexKind, segments,
 };
 use crate::post::sets::Sets;
 use edges::{Chain, Edges, chains};
@@ -212,10 +212,7 @@ impl<'m> Complex<'m> {
             meetings[v as usize].junction = true;
         }
         let irregular = |chain: &Chain| {
-            let closing = chain
-                .closed
-                .then(|| [chain.path[0], chain.path[chain.path.len() - 1]]);
-            (chain.path.windows(2).map(|w| [w[0], w[1]]).chain(closing))
+            segments(&chain.path, chain.closed)
                 .any(|[a, b]| unmarked.contains(&[a.min(b), a.max(b)]))
         };
         all.into_iter()

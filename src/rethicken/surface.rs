@@ -5,7 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::RethickenError;
 use crate::mesh::Bounds;
-use crate::mesh::midsurface::{BorderKind, MidSurface, MidVertex};
+use crate::mesh::midsurface::{BorderKind, MidSurface, MidVertex, segments};
 
 /// Triangles, any number of them to an edge, with the radius of a ball at
 /// every vertex.
@@ -102,15 +102,13 @@ impl BallSurface {
             .iter()
             .filter(|b| b.kind == BorderKind::Coping)
         {
-            coping.extend(border.path.windows(2).map(|pair| key(pair[0], pair[1])));
-            if let (true, [first, .., last]) = (border.closed, border.path.as_slice()) {
-                coping.insert(key(*first, *last));
-            }
+            coping.extend(segments(&border.path, border.closed).map(|[a, b]| key(a, b)));
         }
+        let mesh = surface.mesh();
         BallSurface::new(
-            surface.vertices.iter().map(|v| v.position).collect(),
+            mesh.positions,
             surface.vertices.iter().map(MidVertex::radius).collect(),
-            surface.triangles.iter().map(|t| t.corners).collect(),
+            mesh.triangles,
             |[a, b]| coping.contains(&key(a, b)),
         )
     }

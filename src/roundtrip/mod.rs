@@ -202,20 +202,7 @@ fn compare(
 ) -> Comparison {
     let field = Field::new(part);
     let walls = Walls::new(part, &field, separation);
-    let surface = TriMesh {
-        positions: extraction
-            .surface
-            .vertices
-            .iter()
-            .map(|v| v.position)
-            .collect(),
-        triangles: extraction
-            .surface
-            .triangles
-            .iter()
-            .map(|t| t.corners)
-            .collect(),
-    };
+    let surface = extraction.surface.mesh();
     let (solid_field, pruned) = rayon::join(
         || Field::of_mesh(solid),
         || Pruned::new(part, &walls, &surface, thickness),

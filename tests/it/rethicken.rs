@@ -44,6 +44,13 @@ struct Bars {
     hausdorff: f64,
 }
 
+/// What a round trip of any part has to reach.
+const BARS: Bars = Bars {
+    volume: 0.01,
+    mean: 0.01,
+    hausdorff: 0.1,
+};
+
 fn check(name: &str, c: &Comparison, bars: &Bars) {
     let t = c.thickness;
     assert!((c.volume_ratio - 1.0).abs() <= bars.volume, "{name}: {c:?}");
@@ -73,15 +80,7 @@ fn plates_come_back() {
 fn junctions_and_bends_come_back() {
     for name in ["tee", "tee_thin_web", "ell_bend", "plate_round_edge"] {
         let c = roundtrip(name, 0.5, 0.9);
-        check(
-            name,
-            &c,
-            &Bars {
-                volume: 0.01,
-                mean: 0.01,
-                hausdorff: 0.1,
-            },
-        );
+        check(name, &c, &BARS);
     }
 }
 
@@ -90,30 +89,14 @@ fn ribs_and_a_printed_case_come_back() {
     // Below the end of a rib a weak fin is left out, beside a coping face.
     for name in ["boss_gussets", "wavy_rib", "sensor_case"] {
         let c = roundtrip(name, 1.0 / 3.0, 0.6);
-        check(
-            name,
-            &c,
-            &Bars {
-                volume: 0.01,
-                mean: 0.01,
-                hausdorff: 0.1,
-            },
-        );
+        check(name, &c, &BARS);
     }
 }
 
 #[test]
 fn a_pruned_corner_is_told_apart() {
     let c = roundtrip("ell", 0.5, 0.9);
-    check(
-        "ell",
-        &c,
-        &Bars {
-            volume: 0.01,
-            mean: 0.01,
-            hausdorff: 0.1,
-        },
-    );
+    check("ell", &c, &BARS);
     // The ball at the end of the fin: (sqrt 2 - 1) r, r = 0.586 t.
     assert!(
         (c.all.hausdorff / c.thickness - 0.2426).abs() < 0.01,

@@ -212,12 +212,3 @@ pub fn write_surface(
 pub fn write_thickness(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()> {
     csv::write(surface, out)
 }
-
-/// Segments of a line of vertices; a closed one returns to its start.
-fn segments(path: &[u32], closed: bool) -> impl Iterator<Item = [u32; 2]> + '_ {
-    let back = match path {
-        [first, .., last] if closed => Some([*last, *first]),
-        _ => None,
-    };
-    path.windows(2).map(|pair| [pair[0], pair[1]]).chain(back)
-}

@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
-use super::{SurfaceOptions, segments};
-use crate::mesh::midsurface::{BorderKind, MidSurface};
+use super::SurfaceOptions;
+use crate::mesh::midsurface::{BorderKind, MidSurface, segments};
 
 pub(super) fn write(
     surface: &MidSurface,

@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
-use super::{border_code, segments, vertex_code};
+use super::{border_code, vertex_code};
 use crate::mesh::TriMesh;
-use crate::mesh::midsurface::{MidSurface, VertexKind};
+use crate::mesh::midsurface::{MidSurface, VertexKind, segments};
 
 /// A number and a colour for it at every vertex.
 pub(super) struct Paint<'a> {

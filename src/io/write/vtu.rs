@@ -15,8 +15,8 @@
 
 use std::io::{self, Write};
 
-use super::{border_code, segments, vertex_code};
-use crate::mesh::midsurface::{MidSurface, VertexKind};
+use super::{border_code, vertex_code};
+use crate::mesh::midsurface::{MidSurface, VertexKind, segments};
 
 /// VTK's number for a two-node line.
 const VTK_LINE: u8 = 3;
