@@ -9,12 +9,12 @@ use crate::field::Field;
 use crate::field::thickness::ThicknessProfile;
 use crate::field::walls::{Separation, Walls};
 use crate::lattice::Lattice;
-use crate::memory::TooFine;
 use crate::mesh::Part;
 use crate::mesh::midsurface::MidSurface;
 use crate::post::graph::{Crack, SheetGraph};
 use crate::post::{clean, graph};
-use crate::progress::Progress;
+use crate::settings::memory::TooFine;
+use crate::settings::progress::Progress;
 use crate::trace::Tracer;
 
 /// Edge length of a lattice cell.

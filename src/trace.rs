@@ -17,7 +17,7 @@ use crate::follow::face::{FaceContours, FaceNodeKind, FaceSeed, solve_face};
 use crate::follow::seam::Cage;
 use crate::lattice::{EdgeKey, FaceKey, Lattice, NodeKey, TetKey};
 use crate::mesh::FaceId;
-use crate::progress::Progress;
+use crate::settings::progress::Progress;
 use crate::vertices::{Crossing, NodeSample, crossings, sample_node};
 
 /// Everything found on the lattice, each under its key.
