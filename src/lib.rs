@@ -57,6 +57,7 @@ pub mod thicken;
 pub mod trace;
 pub mod vertices;
 
-pub use extract::{Cell, ExtractError, Extraction, Settings, extract};
+pub use extract::{ExtractError, Extraction, Settings, extract};
 pub use mesh::midsurface::MidSurface;
 pub use mesh::{Part, PartOptions};
+pub use settings::cell::CellSize;

@@ -503,7 +503,7 @@ fn a_contoured_wall_never_folds() {
             level: 1,
             boundary: Boundary::default(),
             cell: Some(0.4 * thickness),
-            precision: crate::dual_contour::Precision::Double,
+            precision: crate::settings::precision::Precision::Double,
         };
         contour(&cage(name), &settings, &|_, _, _| ())
     };
