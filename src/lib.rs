@@ -28,8 +28,8 @@
 //! * [`rethicken`]: solids of mid-surfaces with a ball at every vertex.
 //! * [`roundtrip`]: part to mid-surface to solid, and how far that is off.
 //! * [`subdivide`]: hollow solids from Catmull-Clark control meshes.
-//! * [`progress`] and [`memory`]: how all of these tell where they are, and
-//!   refuse what would not fit.
+//! * [`settings`]: what all of these are told, and how they tell where they are
+//!   and refuse what would not fit.
 
 // A library neither prints nor gives up.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -41,13 +41,12 @@ pub mod extract;
 pub mod field;
 pub mod io;
 pub mod lattice;
-pub mod memory;
 pub mod mesh;
 pub mod offset;
-pub mod progress;
 pub mod reshape;
 pub mod rethicken;
 pub mod roundtrip;
+pub mod settings;
 pub mod subdivide;
 pub mod surface;
 pub mod thicken;

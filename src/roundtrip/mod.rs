@@ -18,7 +18,6 @@ use thiserror::Error;
 use crate::extract::{self, ExtractError, Extraction, extract};
 use crate::field::Field;
 use crate::mesh::{FaceId, Part, TriMesh, self_intersections};
-use crate::progress::Progress;
 use crate::rethicken::{self, BallSurface, RethickenError, Rethickened, rethicken};
 use crate::walls::{Separation, Walls};
 use overlap::overlap;

@@ -10,7 +10,7 @@ use crate::extract::Work;
 use crate::field::thickness::{maximal_ball, spread};
 use crate::lattice::{EdgeKey, FaceKey, Lattice, NodeKey, TetKey};
 use crate::mesh::FaceId;
-use crate::progress::Progress;
+use crate::settings::progress::Progress;
 use crate::surface::marked::Line;
 use crate::surface::marked::{RawMesh, RawVertex, edge};
 use crate::trace::edge::{Crossing, NodeSample, crossings, sample_node};

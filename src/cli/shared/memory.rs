@@ -7,11 +7,11 @@ use serde::{Serialize, Serializer};
 
 /// An amount of memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Bytes(pub(super) u64);
+pub(crate) struct Bytes(pub(crate) u64);
 
 /// Bound on the memory that cells take.
 #[derive(clap::Args)]
-pub(super) struct MemoryArgs {
+pub(crate) struct MemoryArgs {
     /// Refuse cells so small that they would need more memory than this
     #[arg(
         long,
@@ -19,7 +19,7 @@ pub(super) struct MemoryArgs {
         default_value = "8G",
         allow_negative_numbers = true
     )]
-    pub(super) memory_limit: Bytes,
+    pub(crate) memory_limit: Bytes,
 }
 
 /// Letters and how many times 1024 they stand for.
@@ -69,7 +69,7 @@ impl Serialize for Bytes {
 
 /// Most memory that this process ever held, where the system tells: the
 /// `VmHWM` line of `/proc/self/status` on Linux.
-pub(super) fn peak() -> Option<Bytes> {
+pub(crate) fn peak() -> Option<Bytes> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status
         .lines()

@@ -2,8 +2,8 @@
 
 use std::process::ExitCode;
 
-use super::failure::Failure;
-use super::grid::{self, GridArgs};
+use super::closed_part::{self, ClosedPartArgs};
+use crate::cli::shared::failure::Failure;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -22,14 +22,14 @@ Exit codes: 0 done, 2 wrong usage or bad input, 4 nothing is left of the part.";
 /// Grow or shrink a closed part by a distance.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(super) struct Args {
+pub(crate) struct Args {
     /// Distance: positive grows the part, negative shrinks it
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     distance: f64,
     #[command(flatten)]
-    grid: GridArgs,
+    part: ClosedPartArgs,
 }
 
-pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
-    grid::run(&args.grid, "offset", args.distance, |_, mesh| mesh)
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    closed_part::run(&args.part, "offset", args.distance, |_, mesh| mesh)
 }

@@ -11,21 +11,21 @@ use midsurf::mesh::{PartOptions, TriMesh};
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
 use serde_json::{Value, json};
 
-use super::cell::CellSize;
-use super::failure::Failure;
-use super::info::figure;
-use super::input::{Input, Warning, print_warnings};
-use super::memory::{MemoryArgs, peak};
-use super::run::RunArgs;
-use super::say;
-use super::solid::{SolidArgs, summary};
+use crate::cli::shared::cell::CellSize;
+use crate::cli::shared::console::say;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Input, Warning, print_warnings};
+use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::numbers::figure;
+use crate::cli::shared::run::RunArgs;
+use crate::cli::shared::solid::{SolidArgs, summary};
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
 
 /// Flags of `offset` and `hollow`.
 #[derive(clap::Args)]
-pub(super) struct GridArgs {
+pub(crate) struct ClosedPartArgs {
     /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
     part: PathBuf,
     /// Cell size: a length, `1%` (of the part's diagonal), or auto (256 cells along the result)
@@ -37,12 +37,12 @@ pub(super) struct GridArgs {
     )]
     cell: CellSize,
     /// Split chords that stray farther than this from the offset [default: 0.2% of the distance]
-    #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     #[command(flatten)]
     solid: SolidArgs,
     /// Merge vertices of the part within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     weld: Option<f64>,
     #[command(flatten)]
     memory: MemoryArgs,
@@ -54,8 +54,8 @@ pub(super) struct GridArgs {
 }
 
 /// Offsets the part, makes the result of it and writes that.
-pub(super) fn run(
-    args: &GridArgs,
+pub(crate) fn run(
+    args: &ClosedPartArgs,
     command: &str,
     distance: f64,
     finish: impl Fn(&Input, TriMesh) -> TriMesh,
@@ -146,7 +146,7 @@ pub(super) fn run(
     Ok(ExitCode::SUCCESS)
 }
 
-impl GridArgs {
+impl ClosedPartArgs {
     fn settings(&self, input: &Input, distance: f64) -> Result<Settings, Failure> {
         let mut settings = Settings::new(&input.part, distance);
         settings.cell = match self.cell.0 {
@@ -199,7 +199,7 @@ fn details(result: &Offset) {
 }
 
 /// The grid's work, for reports.
-pub(super) fn work_json(work: &Work) -> Value {
+pub(crate) fn work_json(work: &Work) -> Value {
     json!({
         "filters": work.filters,
         "crossings": work.crossings,

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use midsurf::offset::hollowed;
 
-use super::failure::Failure;
-use super::grid::{self, GridArgs};
+use super::closed_part::{self, ClosedPartArgs};
+use crate::cli::shared::failure::Failure;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -21,16 +21,16 @@ Exit codes: 0 done, 2 wrong usage or bad input, 4 the part is too thin for a cav
 /// Hollow a closed part out, leaving walls of one thickness.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(super) struct Args {
+pub(crate) struct Args {
     /// Thickness of the walls
-    #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     thickness: f64,
     #[command(flatten)]
-    grid: GridArgs,
+    part: ClosedPartArgs,
 }
 
-pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
-    grid::run(&args.grid, "hollow", -args.thickness, |input, mesh| {
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    closed_part::run(&args.part, "hollow", -args.thickness, |input, mesh| {
         hollowed(&input.part, &mesh)
     })
 }

@@ -13,14 +13,14 @@ const REACH: f64 = 1e-3;
 
 /// A connected piece of coping without any border on it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct ClosedOver {
+pub(crate) struct ClosedOver {
     /// Lowest triangle of it, as tag files count for a file of triangles.
-    pub(super) triangle: u32,
-    pub(super) triangles: usize,
-    pub(super) area: f64,
+    pub(crate) triangle: u32,
+    pub(crate) triangles: usize,
+    pub(crate) area: f64,
     /// Box around it.
-    pub(super) min: [f64; 3],
-    pub(super) max: [f64; 3],
+    pub(crate) min: [f64; 3],
+    pub(crate) max: [f64; 3],
 }
 
 /// All pieces of coping, connected through edges, that no coping border lies
@@ -29,7 +29,7 @@ pub(super) struct ClosedOver {
 ///
 /// A small feature whose coping adjoins that of a larger one belongs to one
 /// piece with it and is not told apart.
-pub(super) fn closed_over(part: &Part, surface: &MidSurface, cell: f64) -> Vec<ClosedOver> {
+pub(crate) fn closed_over(part: &Part, surface: &MidSurface, cell: f64) -> Vec<ClosedOver> {
     let mesh = part.mesh();
     let faces: Vec<u32> = (0..mesh.triangles.len() as u32)
         .filter(|&face| part.coping()[face as usize])

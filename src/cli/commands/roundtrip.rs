@@ -12,15 +12,15 @@ use midsurf::roundtrip::{
 };
 use serde_json::json;
 
-use super::cell::CellSize;
-use super::failure::Failure;
-use super::grid::work_json;
-use super::info::figure;
-use super::input::{Input, Warning, print_warnings};
-use super::memory::{MemoryArgs, peak};
+use super::closed_part::work_json;
 use super::rethicken::{self, explain};
-use super::run::RunArgs;
-use super::say;
+use crate::cli::shared::cell::CellSize;
+use crate::cli::shared::console::say;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Input, Warning, print_warnings};
+use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::numbers::figure;
+use crate::cli::shared::run::RunArgs;
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -46,7 +46,7 @@ input, 4 no usable result.";
 /// Extract, thicken again, and compare with the part.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(super) struct Args {
+pub(crate) struct Args {
     /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
     part: PathBuf,
     /// Coping tags: text, or TOML if the name ends in .toml
@@ -65,12 +65,12 @@ pub(super) struct Args {
         long,
         value_name = "DEG",
         default_value_t = DEFAULT_ANGLE,
-        value_parser = super::extract::angle,
+        value_parser = crate::cli::shared::numbers::angle,
         allow_negative_numbers = true
     )]
     angle: f64,
     /// Cell length of the solid [default: a quarter of the least thickness]
-    #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     solid_cell: Option<f64>,
     /// Write the part painted with its deviation (.ply)
     #[arg(short, long, value_name = "FILE")]
@@ -79,7 +79,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE")]
     solid: Option<PathBuf>,
     /// Merge vertices of the part within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     weld: Option<f64>,
     #[command(flatten)]
     memory: MemoryArgs,
@@ -87,7 +87,7 @@ pub(super) struct Args {
     run: RunArgs,
 }
 
-pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.solid {
         SolidFormat::of(file).map_err(Failure::input)?;
     }

@@ -10,10 +10,10 @@ use midsurf::io::write::{WriteError, stage};
 use midsurf::mesh::FaceId;
 use serde_json::json;
 
-use super::failure::Failure;
-use super::info::figure;
-use super::input::{load, load_tags, print_warnings};
-use super::run::check_names;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{load, load_tags, print_warnings};
+use crate::cli::shared::numbers::figure;
+use crate::cli::shared::run::check_names;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -31,7 +31,7 @@ Exit codes: 0 done, 2 wrong usage or bad input.";
 /// Show what a tag file selects: count, area and box of each rule.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(super) struct Args {
+pub(crate) struct Args {
     /// The part (.obj, .stl, .ply, .off)
     part: PathBuf,
     /// The tag file: text, or TOML if its name ends in .toml
@@ -44,7 +44,7 @@ pub(super) struct Args {
     json: bool,
 }
 
-pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.output {
         check_output(&args, file)?;
     }

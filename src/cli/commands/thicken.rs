@@ -11,14 +11,14 @@ use midsurf::mesh::TriMesh;
 use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
 use serde_json::{Value, json};
 
-use super::cell::CellSize;
-use super::failure::Failure;
-use super::info::figure;
-use super::input::{Warning, load, print_warnings};
-use super::memory::{MemoryArgs, peak};
-use super::run::RunArgs;
-use super::say;
-use super::solid::SolidArgs;
+use crate::cli::shared::cell::CellSize;
+use crate::cli::shared::console::say;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Warning, load, print_warnings};
+use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::numbers::figure;
+use crate::cli::shared::run::RunArgs;
+use crate::cli::shared::solid::SolidArgs;
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -41,7 +41,7 @@ Exit codes: 0 done, 1 done but the result is not sound (said on stderr),
 /// Thicken a surface into a solid on one side of it.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(super) struct Args {
+pub(crate) struct Args {
     /// The surface: an open or closed triangle or polygon mesh (.obj, .stl, .ply, .off)
     patch: PathBuf,
     /// Thickness of the solid
@@ -59,7 +59,7 @@ pub(super) struct Args {
     )]
     cell: CellSize,
     /// Split chords that stray farther than this from the solid [default: 0.2% of the thickness]
-    #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     #[command(flatten)]
     solid: SolidArgs,
@@ -81,7 +81,7 @@ enum SideArg {
     Outer,
 }
 
-pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.patch.as_path(), "surface")];
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();

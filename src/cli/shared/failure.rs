@@ -16,7 +16,7 @@ const TOO_FINE: &str =
     "take a larger --cell, or raise --memory-limit if the machine has more memory";
 
 /// A failed command.
-pub(super) enum Failure {
+pub(crate) enum Failure {
     /// Wrong usage or bad input: exit code 2.
     Input(Report),
     /// Good input, but no result: exit code 4.
@@ -27,12 +27,12 @@ pub(super) enum Failure {
 
 impl Failure {
     /// Bad input or output that the library reported.
-    pub(super) fn input(error: impl Diagnostic + Send + Sync + 'static) -> Failure {
+    pub(crate) fn input(error: impl Diagnostic + Send + Sync + 'static) -> Failure {
         Failure::Input(Report::new(error))
     }
 
     /// A part that the library refused; the message gains file and line.
-    pub(super) fn part(error: PartError, file: &Path, place: Place) -> Failure {
+    pub(crate) fn part(error: PartError, file: &Path, place: Place) -> Failure {
         let message = format!("{}: {error}", place.within(file));
         Failure::input(Explained {
             message,
@@ -41,7 +41,7 @@ impl Failure {
     }
 
     /// Flags that do not go together.
-    pub(super) fn usage(message: impl Into<String>, help: impl Into<String>) -> Failure {
+    pub(crate) fn usage(message: impl Into<String>, help: impl Into<String>) -> Failure {
         Failure::input(Explained {
             message: message.into(),
             help: Some(help.into()),
@@ -49,7 +49,7 @@ impl Failure {
     }
 
     /// Settings that do not fit the part.
-    pub(super) fn extract(error: &ExtractError, file: &Path) -> Failure {
+    pub(crate) fn extract(error: &ExtractError, file: &Path) -> Failure {
         let help = match error {
             ExtractError::BadCell(_) => "give a positive length, or leave --cell away",
             ExtractError::NoThickness => {
@@ -64,7 +64,7 @@ impl Failure {
     }
 
     /// A grid that is refused: what to do about it.
-    pub(super) fn grid_help(error: &GridError) -> &'static str {
+    pub(crate) fn grid_help(error: &GridError) -> &'static str {
         match error {
             GridError::TooFine(_) => TOO_FINE,
             GridError::NoGrid { .. } => "move it nearer to the origin, or take a larger --cell",
@@ -72,12 +72,12 @@ impl Failure {
     }
 
     /// A result that could not be written.
-    pub(super) fn output(error: impl Diagnostic + Send + Sync + 'static) -> Failure {
+    pub(crate) fn output(error: impl Diagnostic + Send + Sync + 'static) -> Failure {
         Failure::NoResult(Report::new(error))
     }
 
     /// No result, in words.
-    pub(super) fn no_result(message: impl Into<String>, help: impl Into<String>) -> Failure {
+    pub(crate) fn no_result(message: impl Into<String>, help: impl Into<String>) -> Failure {
         Failure::NoResult(Report::new(Explained {
             message: message.into(),
             help: Some(help.into()),
@@ -86,7 +86,7 @@ impl Failure {
 
     /// Prints the error and its causes to stderr. A reader that went away is
     /// no error.
-    pub(super) fn print(&self) {
+    pub(crate) fn print(&self) {
         let mut stderr = io::stderr();
         let _ = match self {
             Failure::Input(report) | Failure::NoResult(report) => {
@@ -97,7 +97,7 @@ impl Failure {
         };
     }
 
-    pub(super) fn exit_code(&self) -> ExitCode {
+    pub(crate) fn exit_code(&self) -> ExitCode {
         match self {
             Failure::Input(_) => ExitCode::from(2),
             Failure::NoResult(_) => ExitCode::from(4),
@@ -116,7 +116,7 @@ impl From<io::Error> for Failure {
 }
 
 /// Where the file states the triangle that an error names.
-pub(super) fn place_of(error: &PartError, loaded: &LoadedMesh) -> Place {
+pub(crate) fn place_of(error: &PartError, loaded: &LoadedMesh) -> Place {
     error
         .triangle()
         .map_or(Place::Whole, |triangle| loaded.place_of(triangle))

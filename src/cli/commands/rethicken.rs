@@ -9,13 +9,13 @@ use midsurf::io::{LoadedSurface, RadiusSource, read_surface};
 use midsurf::rethicken::{RethickenError, RethickenWarning, Settings, rethicken};
 use serde_json::json;
 
-use super::cell::CellSize;
-use super::failure::Failure;
-use super::grid::work_json;
-use super::input::{Warning, print_warnings, read_warning};
-use super::memory::{MemoryArgs, peak};
-use super::run::RunArgs;
-use super::solid::{SolidArgs, summary};
+use super::closed_part::work_json;
+use crate::cli::shared::cell::CellSize;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Warning, print_warnings, read_warning};
+use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::run::RunArgs;
+use crate::cli::shared::solid::{SolidArgs, summary};
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -39,7 +39,7 @@ Exit codes: 0 done, 2 wrong usage or bad input, 4 the solid is thinner than a ce
 /// Thicken a mid-surface by its own thickness.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(super) struct Args {
+pub(crate) struct Args {
     /// The mid-surface, non-manifold or not: .ply, or .obj with its table of thickness
     surface: PathBuf,
     /// Table of thickness or radius instead of that in or beside the file (CSV)
@@ -57,7 +57,7 @@ pub(super) struct Args {
     )]
     cell: CellSize,
     /// Split chords that stray farther than this from the solid [default: 0.1% of the median thickness]
-    #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     #[command(flatten)]
     solid: SolidArgs,
@@ -67,7 +67,7 @@ pub(super) struct Args {
     run: RunArgs,
 }
 
-pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut inputs = vec![(args.surface.as_path(), "mid-surface")];
     inputs.extend(
         args.thickness
@@ -186,7 +186,7 @@ fn warnings(args: &Args, loaded: &LoadedSurface, found: &[RethickenWarning]) -> 
 }
 
 /// Code and meaning of a warning.
-pub(super) fn explain(warning: RethickenWarning) -> (&'static str, &'static str) {
+pub(crate) fn explain(warning: RethickenWarning) -> (&'static str, &'static str) {
     match warning {
         RethickenWarning::CoarseCell => (
             "coarse_cell",
@@ -196,7 +196,7 @@ pub(super) fn explain(warning: RethickenWarning) -> (&'static str, &'static str)
 }
 
 /// Why there is no solid, in words and with a remedy.
-pub(super) fn failure(error: &RethickenError, file: &Path) -> Failure {
+pub(crate) fn failure(error: &RethickenError, file: &Path) -> Failure {
     let message = format!("{}: {error}", file.display());
     let help = match error {
         RethickenError::BadCell(_) => "give --cell a positive length, or leave it away",

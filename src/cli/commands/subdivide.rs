@@ -13,15 +13,15 @@ use midsurf::subdivide::{
 };
 use serde_json::{Value, json};
 
-use super::extract::positive;
-use super::failure::Failure;
-use super::info::figure;
-use super::input::{Warning, print_warnings, read_warning};
-use super::memory::peak;
-use super::progress::Progress;
-use super::run::RunArgs;
-use super::say;
-use super::solid::SolidArgs;
+use crate::cli::shared::console::say;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Warning, print_warnings, read_warning};
+use crate::cli::shared::memory::peak;
+use crate::cli::shared::numbers::figure;
+use crate::cli::shared::numbers::positive;
+use crate::cli::shared::progress::Progress;
+use crate::cli::shared::run::RunArgs;
+use crate::cli::shared::solid::SolidArgs;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -53,7 +53,7 @@ const LISTED: usize = 1000;
 /// Make a hollow solid of a Catmull-Clark control mesh.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(super) struct Args {
+pub(crate) struct Args {
     /// The control mesh (.obj): polygons, best quadrilaterals
     control: PathBuf,
     /// Wall thickness
@@ -138,7 +138,7 @@ struct Control {
     warnings: Vec<Warning>,
 }
 
-pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.control.as_path(), "control mesh")];
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();

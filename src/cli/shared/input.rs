@@ -7,31 +7,31 @@ use midsurf::io::{FacetNames, LoadedMesh, Place, ReadWarning, read_mesh};
 use midsurf::mesh::{Part, PartError, PartOptions};
 use serde::Serialize;
 
+use super::console::say;
 use super::failure::{Failure, place_of};
-use super::say;
 
 /// A warning for stderr and for reports.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Warning {
+pub(crate) struct Warning {
     /// Stable.
-    pub(super) code: &'static str,
-    pub(super) message: String,
+    pub(crate) code: &'static str,
+    pub(crate) message: String,
 }
 
 /// A checked part, and what is worth knowing of its files.
-pub(super) struct Input {
-    pub(super) file: PathBuf,
-    pub(super) sha256: String,
-    pub(super) geometry: String,
-    pub(super) facets: usize,
-    pub(super) names: FacetNames,
-    pub(super) rules: Vec<RuleResult>,
-    pub(super) part: Part,
-    pub(super) warnings: Vec<Warning>,
+pub(crate) struct Input {
+    pub(crate) file: PathBuf,
+    pub(crate) sha256: String,
+    pub(crate) geometry: String,
+    pub(crate) facets: usize,
+    pub(crate) names: FacetNames,
+    pub(crate) rules: Vec<RuleResult>,
+    pub(crate) part: Part,
+    pub(crate) warnings: Vec<Warning>,
 }
 
 /// Reads a mesh file.
-pub(super) fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), Failure> {
+pub(crate) fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), Failure> {
     let loaded = read_mesh(file).map_err(Failure::input)?;
     let warnings = loaded
         .warnings
@@ -41,7 +41,7 @@ pub(super) fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), Failure> {
     Ok((loaded, warnings))
 }
 
-pub(super) fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
+pub(crate) fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
     Warning {
         code: warning.code,
         message: format!("{}: {}", warning.place.within(file), warning.message),
@@ -49,7 +49,7 @@ pub(super) fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
 }
 
 /// Reads a tag file for a mesh; no file means no tags.
-pub(super) fn load_tags(
+pub(crate) fn load_tags(
     tags: Option<&Path>,
     loaded: &LoadedMesh,
     mesh_file: &Path,
@@ -71,7 +71,7 @@ pub(super) fn load_tags(
 
 impl Input {
     /// Reads and checks a part with its tags.
-    pub(super) fn read(
+    pub(crate) fn read(
         file: &Path,
         tags: Option<&Path>,
         options: PartOptions,
@@ -111,7 +111,7 @@ impl Input {
 }
 
 /// Prints warnings to stderr.
-pub(super) fn print_warnings(warnings: &[Warning]) {
+pub(crate) fn print_warnings(warnings: &[Warning]) {
     for warning in warnings {
         say(format_args!("warning: {}", warning.message));
     }

@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 
 /// A cell size from the command line, absolute or relative to the part.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct CellSize(pub(super) Cell);
+pub(crate) struct CellSize(pub(crate) Cell);
 
 impl FromStr for CellSize {
     type Err = String;

@@ -12,7 +12,7 @@ use super::progress::Progress;
 
 /// What a run may take, and what it says of itself.
 #[derive(clap::Args)]
-pub(super) struct RunArgs {
+pub(crate) struct RunArgs {
     /// Write a report as JSON; `-` for stdout
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -21,12 +21,12 @@ pub(super) struct RunArgs {
     threads: Option<u16>,
     /// Print errors and nothing else
     #[arg(short, long)]
-    pub(super) quiet: bool,
+    pub(crate) quiet: bool,
 }
 
 impl RunArgs {
     /// [`check_names`] of the outputs and the report.
-    pub(super) fn check_names(
+    pub(crate) fn check_names(
         &self,
         inputs: &[(&Path, &'static str)],
         outputs: Vec<PathBuf>,
@@ -38,7 +38,7 @@ impl RunArgs {
 
     /// Sets the number of threads, before anything runs; what runs first is
     /// reading.
-    pub(super) fn start(&self) -> Progress {
+    pub(crate) fn start(&self) -> Progress {
         if let Some(threads) = self.threads {
             // Fails only if the pool exists already; nothing ran before this.
             let _ = rayon::ThreadPoolBuilder::new()
@@ -56,13 +56,13 @@ impl RunArgs {
     }
 
     /// Whether the report goes to stdout.
-    pub(super) fn reports_to_stdout(&self) -> bool {
+    pub(crate) fn reports_to_stdout(&self) -> bool {
         self.json.is_some() && self.json_file().is_none()
     }
 
     /// Adds the report, then gives all files their names, so that either all
     /// or none appear as far as one process can see to it.
-    pub(super) fn finish(&self, mut staged: Vec<Staged>, report: &Value) -> Result<(), Failure> {
+    pub(crate) fn finish(&self, mut staged: Vec<Staged>, report: &Value) -> Result<(), Failure> {
         if let Some(file) = self.json_file() {
             let write = |out: &mut dyn Write| writeln!(out, "{report:#}");
             staged.push(stage(file, write).map_err(Failure::output)?);
@@ -81,7 +81,7 @@ impl RunArgs {
 
 /// Refuses outputs that could not be written, or that would overwrite an input
 /// or each other, before any work is done. All come with their role.
-pub(super) fn check_names(
+pub(crate) fn check_names(
     inputs: &[(&Path, &'static str)],
     outputs: impl IntoIterator<Item = (PathBuf, &'static str)>,
 ) -> Result<(), Failure> {

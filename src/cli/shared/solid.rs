@@ -6,22 +6,22 @@ use midsurf::dual_contour::Precision;
 use midsurf::io::write::{Shade, SolidFormat, Staged, stage_solid};
 use midsurf::mesh::TriMesh;
 
+use super::console::say;
 use super::failure::Failure;
-use super::info::figure;
 use super::run::RunArgs;
-use super::say;
+use crate::cli::shared::numbers::figure;
 
 /// Files of a solid.
 #[derive(clap::Args)]
-pub(super) struct SolidArgs {
+pub(crate) struct SolidArgs {
     /// Output file (.stl, .obj, .ply); repeat for several formats
     #[arg(short, long, value_name = "FILE")]
-    pub(super) output: Vec<PathBuf>,
+    pub(crate) output: Vec<PathBuf>,
 }
 
 impl SolidArgs {
     /// Refuses file names that could not be written or are named twice.
-    pub(super) fn check_names(
+    pub(crate) fn check_names(
         &self,
         inputs: &[(&Path, &'static str)],
         run: &RunArgs,
@@ -33,7 +33,7 @@ impl SolidArgs {
     }
 
     /// Numbers that every file can hold.
-    pub(super) fn precision(&self) -> Precision {
+    pub(crate) fn precision(&self) -> Precision {
         let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
         if self.output.iter().any(single) {
             Precision::Single
@@ -43,7 +43,7 @@ impl SolidArgs {
     }
 
     /// Writes the solid under passing names.
-    pub(super) fn stage(
+    pub(crate) fn stage(
         &self,
         mesh: &TriMesh,
         shade: Option<Shade>,
@@ -54,7 +54,7 @@ impl SolidArgs {
 }
 
 /// Tells people the size of a solid.
-pub(super) fn summary(mesh: &TriMesh) {
+pub(crate) fn summary(mesh: &TriMesh) {
     say(format_args!(
         "{} vertices, {} triangles, volume {}, area {}",
         mesh.positions.len(),

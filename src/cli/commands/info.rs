@@ -9,8 +9,9 @@ use midsurf::field::thickness::ThicknessProfile;
 use midsurf::mesh::{EdgeCensus, Part, PartOptions};
 use serde::Serialize;
 
-use super::failure::Failure;
-use super::input::{Input, Warning, print_warnings};
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Input, Warning, print_warnings};
+use crate::cli::shared::numbers::figure;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -30,14 +31,14 @@ const NAMES_SHOWN: usize = 20;
 /// Show what a part is: triangles, closedness, volume, box, names, thickness.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(super) struct Args {
+pub(crate) struct Args {
     /// The part (.obj, .stl, .ply, .off)
     part: PathBuf,
     /// Coping tags: text, or TOML if the name ends in .toml
     #[arg(long, value_name = "FILE")]
     coping: Option<PathBuf>,
     /// Merge vertices within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = super::extract::positive)]
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive)]
     weld: Option<f64>,
     /// Print JSON
     #[arg(long)]
@@ -96,7 +97,7 @@ fn wall_thickness(part: &Part) -> Option<Thickness> {
     })
 }
 
-pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let options = PartOptions {
         allow_open: true,
         weld: args.weld,
@@ -248,17 +249,4 @@ impl Info {
 fn unique(names: impl Iterator<Item = String>) -> Vec<String> {
     let mut seen = std::collections::HashSet::new();
     names.filter(|name| seen.insert(name.clone())).collect()
-}
-
-/// A number to seven significant digits, without noise.
-pub(super) fn figure(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    // Shortest decimal of the value rounded to seven digits.
-    match format!("{value:.6e}").parse::<f64>() {
-        Ok(rounded) if (1e-4..1e12).contains(&rounded.abs()) => format!("{rounded}"),
-        Ok(rounded) => format!("{rounded:e}"),
-        Err(_) => format!("{value}"),
-    }
 }

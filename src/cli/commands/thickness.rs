@@ -5,21 +5,21 @@ use serde::Serialize;
 
 /// Figures of the thickness, part units.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Thickness {
-    pub(super) min: f64,
-    pub(super) p5: f64,
-    pub(super) p25: f64,
-    pub(super) p50: f64,
-    pub(super) p75: f64,
-    pub(super) p95: f64,
-    pub(super) max: f64,
-    pub(super) mean: f64,
+pub(crate) struct Thickness {
+    pub(crate) min: f64,
+    pub(crate) p5: f64,
+    pub(crate) p25: f64,
+    pub(crate) p50: f64,
+    pub(crate) p75: f64,
+    pub(crate) p95: f64,
+    pub(crate) max: f64,
+    pub(crate) mean: f64,
 }
 
 impl Thickness {
     /// Every vertex counts with a third of the area of its triangles; none
     /// without triangles.
-    pub(super) fn of(surface: &MidSurface) -> Option<Thickness> {
+    pub(crate) fn of(surface: &MidSurface) -> Option<Thickness> {
         let mut weights = vec![0.0; surface.vertices.len()];
         for triangle in &surface.triangles {
             let corners = triangle.corners.map(|v| v as usize);

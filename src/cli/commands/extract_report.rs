@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 
 use super::closed_over::{ClosedOver, closed_over};
 use super::extract::Args;
-use super::info::figure;
-use super::input::{Input, Warning};
-use super::memory::{Bytes, peak};
 use super::thickness::Thickness;
+use crate::cli::shared::input::{Input, Warning};
+use crate::cli::shared::memory::{Bytes, peak};
+use crate::cli::shared::numbers::figure;
 
 /// Version of the JSON report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;
@@ -24,35 +24,35 @@ const PLACES_NAMED: usize = 5;
 
 /// Wall-clock seconds that the command itself measured.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Seconds {
+pub(crate) struct Seconds {
     /// Reading and checking the input.
-    pub(super) read: f64,
+    pub(crate) read: f64,
     /// Writing the output files.
-    pub(super) write: f64,
+    pub(crate) write: f64,
     /// All up to the report.
-    pub(super) total: f64,
+    pub(crate) total: f64,
 }
 
 impl Seconds {
     /// Seconds of the extraction's stages.
-    pub(super) fn of_work(work: &Work) -> f64 {
+    pub(crate) fn of_work(work: &Work) -> f64 {
         work.field_seconds + work.trace_seconds + work.mesh_seconds
     }
 }
 
 /// What is worth telling of an extraction.
-pub(super) struct Report {
+pub(crate) struct Report {
     figures: Summary,
     thickness: Option<Thickness>,
     closed_over: Vec<ClosedOver>,
     seconds: Seconds,
     peak: Option<Bytes>,
     /// Those of the result; the input has its own.
-    pub(super) warnings: Vec<Warning>,
+    pub(crate) warnings: Vec<Warning>,
 }
 
 impl Report {
-    pub(super) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
+    pub(crate) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
         let closed_over = closed_over(&input.part, &result.surface, result.work.cell);
         Report {
             figures: summary(&result.surface, &result.graph),
@@ -65,7 +65,7 @@ impl Report {
     }
 
     /// The report as JSON.
-    pub(super) fn json(&self, args: &Args, input: &Input, result: &Extraction) -> Value {
+    pub(crate) fn json(&self, args: &Args, input: &Input, result: &Extraction) -> Value {
         let Extraction { work, cracks, .. } = result;
         let bounds = input.part.bounds();
         let warnings: Vec<&Warning> = input.warnings.iter().chain(&self.warnings).collect();
@@ -170,7 +170,7 @@ impl Report {
     }
 
     /// The report in lines for stderr.
-    pub(super) fn summary(&self, result: &Extraction, verbose: u8) -> Vec<String> {
+    pub(crate) fn summary(&self, result: &Extraction, verbose: u8) -> Vec<String> {
         let Extraction { work, cracks, .. } = result;
         let Summary { counts, .. } = &self.figures;
         let mut lines = vec![

@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Progress of a long command; silent when stderr is no terminal or the user
 /// wants quiet. Can be shared between threads.
-pub(super) struct Progress {
+pub(crate) struct Progress {
     bar: ProgressBar,
     /// Stage shown, and whether its number of steps is known.
     shown: Mutex<(&'static str, bool)>,
@@ -16,7 +16,7 @@ pub(super) struct Progress {
 
 impl Progress {
     /// A bar on stderr.
-    pub(super) fn new(quiet: bool) -> Progress {
+    pub(crate) fn new(quiet: bool) -> Progress {
         let visible = !quiet && io::stderr().is_terminal();
         let target = if visible {
             ProgressDrawTarget::stderr_with_hz(10)
@@ -35,7 +35,7 @@ impl Progress {
 
     /// Shows a stage with `done` of `total` steps; zero when the number is not
     /// known. The total may grow as the work goes on.
-    pub(super) fn show(&self, stage: &'static str, done: u64, total: u64) {
+    pub(crate) fn show(&self, stage: &'static str, done: u64, total: u64) {
         // A poisoned lock still holds a name.
         let mut shown = self.shown.lock().unwrap_or_else(|e| e.into_inner());
         if *shown != (stage, total > 0) {
@@ -55,7 +55,7 @@ impl Progress {
     }
 
     /// Prints to stderr beside the bar.
-    pub(super) fn aside(&self, print: impl FnOnce()) {
+    pub(crate) fn aside(&self, print: impl FnOnce()) {
         self.bar.suspend(print);
     }
 }

@@ -11,14 +11,14 @@ use midsurf::mesh::PartOptions;
 use midsurf::surface::MidSurface;
 use midsurf::surface::listing::listing;
 
-use super::cell::CellSize;
-use super::failure::Failure;
-use super::info::figure;
-use super::input::{Input, print_warnings};
-use super::memory::MemoryArgs;
-use super::report::{Report, Seconds};
-use super::run::RunArgs;
-use super::say;
+use super::extract_report::{Report, Seconds};
+use crate::cli::shared::cell::CellSize;
+use crate::cli::shared::console::say;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Input, print_warnings};
+use crate::cli::shared::memory::MemoryArgs;
+use crate::cli::shared::numbers::{angle, figure, positive};
+use crate::cli::shared::run::RunArgs;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -48,12 +48,12 @@ Exit codes: 0 done, 1 done but the result has cracks, 2 wrong usage or bad input
 /// Extract the mid-surface of a part.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(super) struct Args {
+pub(crate) struct Args {
     /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
-    pub(super) part: PathBuf,
+    pub(crate) part: PathBuf,
     /// Coping tags: text, or TOML if the name ends in .toml
     #[arg(long, value_name = "FILE")]
-    pub(super) coping: Option<PathBuf>,
+    pub(crate) coping: Option<PathBuf>,
     /// Cell size: a length, `0.5t` (wall thicknesses), `1%` (of the diagonal), or auto
     #[arg(
         long,
@@ -61,7 +61,7 @@ pub(super) struct Args {
         default_value = "auto",
         allow_negative_numbers = true
     )]
-    pub(super) cell: CellSize,
+    pub(crate) cell: CellSize,
     /// Smallest object angle of a sheet in degrees, between 0 and 180
     #[arg(
         long,
@@ -70,27 +70,27 @@ pub(super) struct Args {
         value_parser = angle,
         allow_negative_numbers = true
     )]
-    pub(super) angle: f64,
+    pub(crate) angle: f64,
     /// Output file; repeat for several formats
     #[arg(short, long, value_name = "FILE")]
-    pub(super) output: Vec<PathBuf>,
+    pub(crate) output: Vec<PathBuf>,
     /// Print all sheets, seams, borders and junctions to stdout, sorted by place
     #[arg(long)]
     list: bool,
     /// Keep the fins that run into convex edges of one wall
     #[arg(long)]
-    pub(super) keep_fins: bool,
+    pub(crate) keep_fins: bool,
     /// Go on when the part has gaps
     #[arg(long)]
-    pub(super) allow_open: bool,
+    pub(crate) allow_open: bool,
     /// Merge vertices of the part within this distance
     #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
-    pub(super) weld: Option<f64>,
+    pub(crate) weld: Option<f64>,
     #[command(flatten)]
-    pub(super) memory: MemoryArgs,
+    pub(crate) memory: MemoryArgs,
     /// Write seams and borders into OBJ files too, as lines
     #[arg(long)]
-    pub(super) obj_lines: bool,
+    pub(crate) obj_lines: bool,
     #[command(flatten)]
     run: RunArgs,
     /// Print more; twice for all
@@ -98,21 +98,7 @@ pub(super) struct Args {
     verbose: u8,
 }
 
-pub(super) fn angle(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(angle) if angle > 0.0 && angle < 180.0 => Ok(angle),
-        _ => Err("expected degrees between 0 and 180".to_owned()),
-    }
-}
-
-pub(super) fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(length) if length > 0.0 && length.is_finite() => Ok(length),
-        _ => Err("expected a positive length".to_owned()),
-    }
-}
-
-pub(super) fn run(args: Args) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     check_names(&args)?;
     if args.list && args.run.reports_to_stdout() {
         return Err(Failure::usage(
