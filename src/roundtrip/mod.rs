@@ -19,6 +19,7 @@ use crate::extract::{self, ExtractError, Extraction, extract};
 use crate::field::Field;
 use crate::mesh::{FaceId, Part, TriMesh, self_intersections};
 use crate::rethicken::{self, BallSurface, RethickenError, Rethickened, rethicken};
+use crate::settings::progress::Progress;
 use crate::walls::{Separation, Walls};
 use overlap::overlap;
 use pruned::Pruned;
