@@ -16,7 +16,7 @@
 //! * [`walls`]: what is one wall.
 //! * [`lattice`]: integer names of cells, tetrahedra, faces and edges.
 //! * [`trace`]: walks the lattice where the mid-surface leads.
-//! * [`reshape`]: clean-up.
+//! * [`reshape`] edits the traced mesh: clean-up.
 //! * [`surface`]: the result: sheets, seams, borders and what to say of them.
 //!
 //! Beside that pipeline:
