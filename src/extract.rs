@@ -7,16 +7,17 @@ use thiserror::Error;
 
 use crate::field::Field;
 use crate::field::thickness::ThicknessProfile;
-use crate::field::walls::{Separation, Walls};
 use crate::lattice::Lattice;
 use crate::mesh::Part;
-use crate::mesh::midsurface::MidSurface;
-use crate::post::graph::{Crack, SheetGraph};
-use crate::post::{clean, graph};
+use crate::reshape::clean;
 use crate::settings::cell::{BadCell, CellSize, Scale};
 use crate::settings::memory::TooFine;
 use crate::settings::progress::Progress;
-use crate::trace::Tracer;
+use crate::surface::MidSurface;
+use crate::surface::graph;
+use crate::surface::graph::{Crack, SheetGraph};
+use crate::trace::walk::Tracer;
+use crate::walls::{Separation, Walls};
 
 /// What to extract and how finely.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -49,21 +49,21 @@ pub enum BadCell {
 }
 
 impl CellSize {
-    /// The cell as a length, part units.
+    /// The cell as a length, part units; that for [`CellSize::Auto`] is passed
+    /// on as it is.
     ///
     /// # Errors
     ///
-    /// [`BadCell`] where that is not positive and finite, or the thickness that
-    /// it is relative to is unknown.
+    /// [`BadCell`] where the length is not positive and finite, or the thickness
+    /// that it is relative to is unknown.
     pub fn resolve(self, scale: &Scale) -> Result<f64, BadCell> {
-        check(match self {
-            CellSize::Auto => scale.auto.ok_or(BadCell::NoThickness)?,
-            CellSize::Length(length) => length,
-            CellSize::Thicknesses(factor) => {
-                factor * scale.thickness.ok_or(BadCell::NoThickness)?
-            }
-            CellSize::Percent(percent) => 0.01 * percent * scale.diagonal,
-        })
+        let thickness = scale.thickness.ok_or(BadCell::NoThickness);
+        match self {
+            CellSize::Auto => scale.auto.ok_or(BadCell::NoThickness),
+            CellSize::Length(length) => check(length),
+            CellSize::Thicknesses(factor) => check(factor * thickness?),
+            CellSize::Percent(percent) => check(0.01 * percent * scale.diagonal),
+        }
     }
 }
 

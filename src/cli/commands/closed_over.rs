@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use midsurf::field::Field;
-use midsurf::mesh::midsurface::{BorderKind, MidSurface, VertexKind};
 use midsurf::mesh::{Bounds, Part, TriMesh};
+use midsurf::surface::{BorderKind, MidSurface, VertexKind};
 use serde::Serialize;
 
 /// Distance from a coping face, in cells, up to which a border vertex counts
@@ -117,7 +117,7 @@ fn border_points(surface: &MidSurface) -> impl Iterator<Item = DVec3> + '_ {
 mod tests {
     use midsurf::io::{MeshFormat, read_mesh_bytes};
     use midsurf::mesh::PartOptions;
-    use midsurf::mesh::midsurface::MidVertex;
+    use midsurf::surface::MidVertex;
     use smallvec::SmallVec;
 
     use super::*;

@@ -8,9 +8,9 @@ use std::time::Instant;
 use midsurf::extract::{DEFAULT_ANGLE, Settings, extract};
 use midsurf::io::write::{Staged, SurfaceOptions, files_for, stage_surface};
 use midsurf::mesh::PartOptions;
-use midsurf::mesh::midsurface::MidSurface;
-use midsurf::post::listing::listing;
 use midsurf::settings::cell::CellSize;
+use midsurf::surface::MidSurface;
+use midsurf::surface::listing::listing;
 
 use super::extract_report::{Report, Seconds};
 use crate::cli::shared::console::say;

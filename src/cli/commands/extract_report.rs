@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use midsurf::extract::{Extraction, Work};
-use midsurf::post::listing::{Summary, summary};
+use midsurf::surface::listing::{Summary, summary};
 use serde::Serialize;
 use serde_json::{Value, json};
 

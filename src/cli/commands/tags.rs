@@ -4,10 +4,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use midsurf::coping::{Coping, RuleResult};
 use midsurf::io::LoadedMesh;
 use midsurf::io::write::{WriteError, stage};
 use midsurf::mesh::FaceId;
-use midsurf::tags::{Coping, RuleResult};
 use serde_json::json;
 
 use crate::cli::shared::failure::Failure;

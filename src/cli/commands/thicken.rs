@@ -44,7 +44,7 @@ pub(crate) struct Args {
     /// The surface: an open or closed triangle or polygon mesh (.obj, .stl, .ply, .off)
     patch: PathBuf,
     /// Thickness of the solid
-    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     thickness: f64,
     /// Side of the surface on which the solid lies
     #[arg(long, value_name = "SIDE", value_enum, default_value = "inner")]

@@ -1,6 +1,6 @@
 //! Thickness over a mid-surface, weighted by area.
 
-use midsurf::mesh::midsurface::MidSurface;
+use midsurf::surface::MidSurface;
 use serde::Serialize;
 
 /// Figures of the thickness, part units.
@@ -61,7 +61,7 @@ impl Thickness {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use midsurf::mesh::midsurface::{MidTriangle, MidVertex, VertexKind};
+    use midsurf::surface::{MidTriangle, MidVertex, VertexKind};
     use smallvec::SmallVec;
 
     use super::*;

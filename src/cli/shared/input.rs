@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use midsurf::coping::{Coping, RuleResult, geometry_checksum, read_tags};
 use midsurf::io::{FacetNames, LoadedMesh, Place, ReadWarning, read_mesh};
 use midsurf::mesh::{Part, PartError, PartOptions};
-use midsurf::tags::{Coping, RuleResult, geometry_checksum, read_tags};
 use serde::Serialize;
 
 use super::console::say;
