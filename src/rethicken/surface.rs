@@ -5,7 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::RethickenError;
 use crate::mesh::Bounds;
-use crate::surface::{BorderKind, MidSurface, MidVertex, segments};
+use crate::surface::{BorderKind, MidSurface, segments};
 
 /// Triangles, any number of them to an edge, with the radius of a ball at
 /// every vertex.
@@ -98,7 +98,7 @@ impl BallSurface {
     pub fn of(surface: &MidSurface) -> Result<BallSurface, RethickenError> {
         let mut coping = FxHashSet::default();
         for border in surface
-            .borders
+            .borders()
             .iter()
             .filter(|b| b.kind == BorderKind::Coping)
         {
@@ -107,7 +107,7 @@ impl BallSurface {
         let mesh = surface.mesh();
         BallSurface::new(
             mesh.positions,
-            surface.vertices.iter().map(MidVertex::radius).collect(),
+            surface.vertices().iter().map(|v| v.ball.radius).collect(),
             mesh.triangles,
             |[a, b]| coping.contains(&key(a, b)),
         )
