@@ -14,7 +14,7 @@ use crate::mesh::Part;
 use crate::mesh::midsurface::MidSurface;
 use crate::post::graph::{Crack, SheetGraph};
 use crate::post::{clean, graph};
-use crate::progress::Progress;
+use crate::progress::{Progress, Stop, Stopped};
 use crate::trace::Tracer;
 
 /// Edge length of a lattice cell.
@@ -81,6 +81,15 @@ pub enum ExtractError {
     /// The lattice would not fit.
     #[error(transparent)]
     TooFine(#[from] TooFine),
+    /// It was asked to stop; see [`extract_until`].
+    #[error("stopped on request")]
+    Stopped,
+}
+
+impl From<Stopped> for ExtractError {
+    fn from(_: Stopped) -> ExtractError {
+        ExtractError::Stopped
+    }
 }
 
 /// Seconds by stage and counts of work.
@@ -136,6 +145,16 @@ pub fn extract(
     settings: &Settings,
     progress: &Progress,
 ) -> Result<Extraction, ExtractError> {
+    extract_until(part, settings, progress, &Stop::default())
+}
+
+/// As [`extract`], but ends early when asked to.
+pub fn extract_until(
+    part: &Part,
+    settings: &Settings,
+    progress: &Progress,
+    stop: &Stop,
+) -> Result<Extraction, ExtractError> {
     let start = Instant::now();
     progress("field", 0, 0);
     let field = Field::new(part);
@@ -143,14 +162,16 @@ pub fn extract(
     let cell = cell_size(part, &profile, settings)?;
     let walls = Walls::new(part, &field, separation(settings));
     let lattice = lattice(part, &field, &profile, cell, settings)?;
+    stop.heed()?;
     let field_seconds = start.elapsed().as_secs_f64();
 
     let mut tracer = Tracer::new(&walls, lattice);
-    tracer.run(progress);
+    tracer.run(progress, stop)?;
     let trace_seconds = start.elapsed().as_secs_f64() - field_seconds;
 
     progress("mesh", 0, 0);
     let raw = clean::clean_on(tracer.assemble(), cell, &field);
+    stop.heed()?;
     let (surface, graph, cracks) = graph::build(&raw, &field);
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 

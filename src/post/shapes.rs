@@ -9,6 +9,7 @@ use crate::field::Field;
 use crate::field::walls::{Separation, Walls};
 use crate::lattice::Lattice;
 use crate::mesh::{Part, PartOptions};
+use crate::progress::Stop;
 use crate::trace::Tracer;
 
 /// A field without triangles: no vertex has a footpoint.
@@ -156,6 +157,6 @@ pub(super) fn raw(part: &Part, field: &Field, cell: f64) -> RawMesh {
     let (low, high) = field.bounds();
     let lattice = Lattice::covering(low, high, cell).unwrap();
     let mut tracer = Tracer::new(&walls, lattice);
-    tracer.run(&|_, _, _| ());
+    tracer.run(&|_, _, _| (), &Stop::default()).unwrap();
     tracer.assemble()
 }
