@@ -2,9 +2,10 @@
 //! translation, scale, order of triangles, number of threads.
 
 use glam::{DMat3, DVec3};
-use midsurf::extract::{Cell, ExtractError, Extraction, Settings, extract, extract_until};
+use midsurf::CellSize;
+use midsurf::extract::{ExtractError, Extraction, Settings, extract, extract_until};
 use midsurf::mesh::{Part, PartOptions, TriMesh};
-use midsurf::progress::Stop;
+use midsurf::settings::progress::Stop;
 
 use crate::common::fixture_part;
 
@@ -82,7 +83,7 @@ fn changed(mesh: &TriMesh, coping: &[bool], change: &Change) -> Part {
 
 fn run(part: &Part, cell: f64) -> Extraction {
     let settings = Settings {
-        cell: Cell::Length(cell),
+        cell: CellSize::Length(cell),
         ..Settings::default()
     };
     extract(part, &settings, &|_, _, _| ()).unwrap()
