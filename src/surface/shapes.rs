@@ -6,6 +6,7 @@ use smallvec::SmallVec;
 use crate::field::Field;
 use crate::lattice::Lattice;
 use crate::mesh::{Part, PartOptions};
+use crate::settings::progress::Stop;
 use crate::surface::MidSurface;
 use crate::surface::build::build;
 use crate::surface::graph::SheetGraph;
@@ -166,6 +167,6 @@ pub(crate) fn raw(part: &Part, field: &Field, cell: f64) -> MarkedMesh {
     let (low, high) = field.bounds();
     let lattice = Lattice::covering(low, high, cell).unwrap();
     let mut tracer = Tracer::new(&walls, lattice);
-    tracer.run(&|_, _, _| ());
+    tracer.run(&|_, _, _| (), &Stop::default()).unwrap();
     tracer.assemble()
 }
