@@ -10,8 +10,8 @@ use crate::field::thickness::ThicknessProfile;
 use crate::field::walls::{Separation, Walls};
 use crate::lattice::Lattice;
 use crate::memory::TooFine;
-use crate::mesh::Part;
 use crate::mesh::midsurface::MidSurface;
+use crate::mesh::{Frame, Part};
 use crate::post::graph::{Crack, SheetGraph};
 use crate::post::{clean, graph};
 use crate::progress::Progress;
@@ -138,6 +138,8 @@ pub fn extract(
 ) -> Result<Extraction, ExtractError> {
     let start = Instant::now();
     progress("field", 0, 0);
+    let frame = Frame::around(&part.bounds());
+    let part = &*part.in_frame(frame);
     let field = Field::new(part);
     let profile = ThicknessProfile::measure(&field, 2000);
     let cell = cell_size(part, &profile, settings)?;
@@ -151,7 +153,9 @@ pub fn extract(
 
     progress("mesh", 0, 0);
     let raw = clean::clean_on(tracer.assemble(), cell, &field);
-    let (surface, graph, cracks) = graph::build(&raw, &field);
+    let (mut surface, graph, mut cracks) = graph::build(&raw, &field);
+    surface.leave(frame);
+    frame.leave(cracks.iter_mut().map(|crack| &mut crack.at));
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 
     let work = Work {

@@ -3,12 +3,12 @@
 //! A plane's coordinate is computed once and read by all, so that "the vertex
 //! lies in its cell" is a comparison of the very numbers that every neighbour
 //! compares with. Nothing in the contouring asks that the planes be evenly
-//! spaced; with [`Precision::Single`] each is rounded to `f32`.
+//! spaced; each is rounded to the numbers that vertices may have.
 
 use glam::{DVec3, IVec3};
 use serde::Serialize;
 
-use crate::mesh::Bounds;
+use crate::mesh::{Bounds, Frame};
 
 /// Numbers that the vertices may have.
 ///
@@ -38,6 +38,84 @@ impl Precision {
     pub fn round_point(self, p: DVec3) -> DVec3 {
         DVec3::from_array(p.to_array().map(|x| self.round(x)))
     }
+
+    fn above(self, x: f64) -> f64 {
+        match self {
+            Precision::Double => x.next_up(),
+            Precision::Single => f64::from((x as f32).next_up()),
+        }
+    }
+
+    fn below(self, x: f64) -> f64 {
+        match self {
+            Precision::Double => x.next_down(),
+            Precision::Single => f64::from((x as f32).next_down()),
+        }
+    }
+}
+
+/// Coordinates, in a frame, of the points that will be written: they have the
+/// numbers of a precision once they are moved out of the frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Numbers {
+    precision: Precision,
+    frame: Frame,
+}
+
+impl Numbers {
+    /// Of a precision, in a frame.
+    pub fn new(precision: Precision, frame: Frame) -> Numbers {
+        Numbers { precision, frame }
+    }
+
+    /// Which numbers are written.
+    pub fn precision(self) -> Precision {
+        self.precision
+    }
+
+    /// The frame.
+    pub fn frame(self) -> Frame {
+        self.frame
+    }
+
+    /// The nearest point allowed.
+    pub fn round_point(self, p: DVec3) -> DVec3 {
+        DVec3::from_array([0, 1, 2].map(|axis| self.round(axis, p[axis])))
+    }
+
+    fn round(self, axis: usize, x: f64) -> f64 {
+        self.through_world(axis, x, |x| self.precision.round(x))
+    }
+
+    /// The nearest number allowed that is greater than one allowed.
+    fn above(self, axis: usize, x: f64) -> f64 {
+        self.through_world(axis, x, |x| self.precision.above(x))
+    }
+
+    /// The nearest number allowed that is less than one allowed.
+    fn below(self, axis: usize, x: f64) -> f64 {
+        self.through_world(axis, x, |x| self.precision.below(x))
+    }
+
+    /// Whether numbers between two planes may be few.
+    fn are_sparse(self, axis: usize) -> bool {
+        self.precision == Precision::Single || self.frame.origin()[axis] != 0.0
+    }
+
+    fn through_world(self, axis: usize, x: f64, f: impl Fn(f64) -> f64) -> f64 {
+        let origin = self.frame.origin()[axis];
+        if origin == 0.0 {
+            f(x)
+        } else {
+            f(x + origin) - origin
+        }
+    }
+}
+
+impl From<Precision> for Numbers {
+    fn from(precision: Precision) -> Numbers {
+        Numbers::new(precision, Frame::default())
+    }
 }
 
 /// The distance of the first plane from the box, as fractions of a cell along
@@ -54,7 +132,7 @@ const RIM: f64 = 2.0;
 pub struct Grid {
     planes: [Vec<f64>; 3],
     cell: f64,
-    precision: Precision,
+    numbers: Numbers,
 }
 
 impl Grid {
@@ -71,7 +149,8 @@ impl Grid {
     /// None if `cell` is not a positive number, the box is empty, an axis
     /// would have more than [`Grid::MOST_CELLS`] cells, or the numbers allowed
     /// are too coarse to tell its planes apart.
-    pub fn around(bounds: &Bounds, cell: f64, precision: Precision) -> Option<Grid> {
+    pub fn around(bounds: &Bounds, cell: f64, numbers: impl Into<Numbers>) -> Option<Grid> {
+        let numbers = numbers.into();
         if cell.is_nan() || cell <= 0.0 || bounds.is_empty() {
             return None;
         }
@@ -84,7 +163,7 @@ impl Grid {
             }
             let count = cells[axis] as usize + 1;
             planes[axis] = (0..count)
-                .map(|i| precision.round(low[axis] + i as f64 * cell))
+                .map(|i| numbers.round(axis, low[axis] + i as f64 * cell))
                 .collect();
             // Room for vertices between two planes, and rounding that is far
             // below a cell.
@@ -96,19 +175,19 @@ impl Grid {
         Some(Grid {
             planes,
             cell,
-            precision,
+            numbers,
         })
     }
 
-    /// Length of a cell, part units; with [`Precision::Single`] planes deviate
-    /// from it by their rounding.
+    /// Length of a cell, part units; planes deviate from it by their
+    /// rounding.
     pub fn cell(&self) -> f64 {
         self.cell
     }
 
     /// Numbers that vertices may have.
-    pub fn precision(&self) -> Precision {
-        self.precision
+    pub fn numbers(&self) -> Numbers {
+        self.numbers
     }
 
     /// Number of cells along each axis.
@@ -124,25 +203,24 @@ impl Grid {
         }))
     }
 
-    /// The number allowed that is nearest to `x` and strictly between two
-    /// neighbouring planes.
-    pub fn between(&self, low: f64, high: f64, x: f64) -> f64 {
+    /// The number allowed along an axis that is nearest to `x` and strictly
+    /// between two neighbouring planes.
+    pub fn between(&self, axis: usize, [low, high]: [f64; 2], x: f64) -> f64 {
         let margin = MARGIN * (high - low);
-        let x = self.precision.round(x.clamp(low + margin, high - margin));
-        match self.precision {
-            Precision::Double => x,
-            // Planes of single precision are many numbers apart.
-            Precision::Single => x.clamp(
-                f64::from((low as f32).next_up()),
-                f64::from((high as f32).next_down()),
-            ),
+        let numbers = self.numbers;
+        let x = numbers.round(axis, x.clamp(low + margin, high - margin));
+        if numbers.are_sparse(axis) {
+            // Planes are many of them apart.
+            x.clamp(numbers.above(axis, low), numbers.below(axis, high))
+        } else {
+            x
         }
     }
 
     /// The point allowed that is nearest to `p` and strictly inside a cell.
     pub fn settle(&self, p: DVec3, cell: &CellBox) -> DVec3 {
         DVec3::from_array(
-            [0, 1, 2].map(|axis| self.between(cell.low[axis], cell.high[axis], p[axis])),
+            [0, 1, 2].map(|axis| self.between(axis, [cell.low[axis], cell.high[axis]], p[axis])),
         )
     }
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::Serialize;
 use smallvec::SmallVec;
 
-use super::TriMesh;
+use super::{Frame, TriMesh};
 
 /// What a mid-surface vertex is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -114,6 +114,14 @@ impl MidSurface {
         TriMesh {
             positions: self.vertices.iter().map(|v| v.position).collect(),
             triangles: self.triangles.iter().map(|t| t.corners).collect(),
+        }
+    }
+
+    /// Moves positions and footpoints out of a frame.
+    pub(crate) fn leave(&mut self, frame: Frame) {
+        for vertex in &mut self.vertices {
+            frame.leave([&mut vertex.position]);
+            frame.leave(&mut vertex.footpoints);
         }
     }
 }
