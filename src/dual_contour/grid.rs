@@ -6,117 +6,9 @@
 //! spaced; each is rounded to the numbers that vertices may have.
 
 use glam::{DVec3, IVec3};
-use serde::Serialize;
 
-use crate::mesh::{Bounds, Frame};
-
-/// Numbers that the vertices may have.
-///
-/// Contouring decides with the numbers that are written. A file format of
-/// single precision rounds the others, which can push a thin triangle through
-/// its neighbour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Precision {
-    /// Any `f64`.
-    #[default]
-    Double,
-    /// Those that `f32` holds too: for binary STL.
-    Single,
-}
-
-impl Precision {
-    /// The nearest number allowed.
-    pub fn round(self, x: f64) -> f64 {
-        match self {
-            Precision::Double => x,
-            Precision::Single => f64::from(x as f32),
-        }
-    }
-
-    /// The nearest point allowed.
-    pub fn round_point(self, p: DVec3) -> DVec3 {
-        DVec3::from_array(p.to_array().map(|x| self.round(x)))
-    }
-
-    fn above(self, x: f64) -> f64 {
-        match self {
-            Precision::Double => x.next_up(),
-            Precision::Single => f64::from((x as f32).next_up()),
-        }
-    }
-
-    fn below(self, x: f64) -> f64 {
-        match self {
-            Precision::Double => x.next_down(),
-            Precision::Single => f64::from((x as f32).next_down()),
-        }
-    }
-}
-
-/// Coordinates, in a frame, of the points that will be written: they have the
-/// numbers of a precision once they are moved out of the frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Numbers {
-    precision: Precision,
-    frame: Frame,
-}
-
-impl Numbers {
-    /// Of a precision, in a frame.
-    pub fn new(precision: Precision, frame: Frame) -> Numbers {
-        Numbers { precision, frame }
-    }
-
-    /// Which numbers are written.
-    pub fn precision(self) -> Precision {
-        self.precision
-    }
-
-    /// The frame.
-    pub fn frame(self) -> Frame {
-        self.frame
-    }
-
-    /// The nearest point allowed.
-    pub fn round_point(self, p: DVec3) -> DVec3 {
-        DVec3::from_array([0, 1, 2].map(|axis| self.round(axis, p[axis])))
-    }
-
-    fn round(self, axis: usize, x: f64) -> f64 {
-        self.through_world(axis, x, |x| self.precision.round(x))
-    }
-
-    /// The nearest number allowed that is greater than one allowed.
-    fn above(self, axis: usize, x: f64) -> f64 {
-        self.through_world(axis, x, |x| self.precision.above(x))
-    }
-
-    /// The nearest number allowed that is less than one allowed.
-    fn below(self, axis: usize, x: f64) -> f64 {
-        self.through_world(axis, x, |x| self.precision.below(x))
-    }
-
-    /// Whether numbers between two planes may be few.
-    fn are_sparse(self, axis: usize) -> bool {
-        self.precision == Precision::Single || self.frame.origin()[axis] != 0.0
-    }
-
-    fn through_world(self, axis: usize, x: f64, f: impl Fn(f64) -> f64) -> f64 {
-        let origin = self.frame.origin()[axis];
-        if origin == 0.0 {
-            f(x)
-        } else {
-            f(x + origin) - origin
-        }
-    }
-}
-
-impl From<Precision> for Numbers {
-    fn from(precision: Precision) -> Numbers {
-        Numbers::new(precision, Frame::default())
-    }
-}
+use super::numbers::Numbers;
+use crate::mesh::Bounds;
 
 /// The distance of the first plane from the box, as fractions of a cell along
 /// x, y and z: odd ones, because faces of mechanical parts love round numbers
@@ -307,6 +199,7 @@ impl CellBox {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::precision::Precision;
 
     fn unit_box() -> Bounds {
         Bounds::of([DVec3::ZERO, DVec3::ONE])

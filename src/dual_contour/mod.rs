@@ -42,6 +42,7 @@ mod grid;
 mod hybrid;
 mod implicit;
 mod mend;
+mod numbers;
 mod pattern;
 mod polygon;
 mod qef;
@@ -55,7 +56,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::mesh::TriMesh;
-use crate::progress::Progress;
+use crate::settings::progress::Progress;
 use band::Band;
 use cells::Cells;
 use edges::Edges;
@@ -65,10 +66,11 @@ pub use band::{FilterCounts, Filters};
 pub use budget::{GridError, smallest_cell};
 pub use deviation::Deviation;
 pub use edges::CrossingCounts;
-pub use grid::{CellBox, Grid, Numbers, Precision};
+pub use grid::{CellBox, Grid};
 pub use hybrid::{Bracket, Found, hybrid};
 pub use implicit::{Crossing, Implicit, Sample};
 pub use mend::MendCounts;
+pub use numbers::Numbers;
 pub use polygon::RingCounts;
 
 /// How to contour.

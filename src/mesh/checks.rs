@@ -6,7 +6,7 @@ use super::edges::{EdgeCensus, EdgeKind, EdgeUses};
 use super::error::{PartError, PartWarning};
 use super::orient::{make_consistent, make_outward, report};
 use super::weld::{Weld, weld_exact, weld_within};
-use super::{FaceId, Part, TriMesh};
+use super::{Bounds, FaceId, Part, TriMesh};
 
 /// Diagonals outside this range overflow or vanish in products of four lengths.
 const USABLE_DIAGONAL: std::ops::RangeInclusive<f64> = 1e-30..=1e30;

@@ -10,8 +10,8 @@ mod error;
 mod frame;
 mod intersect;
 mod measure;
-pub mod midsurface;
 mod orient;
+pub mod sets;
 mod weld;
 
 use glam::DVec3;

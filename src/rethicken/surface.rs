@@ -6,8 +6,8 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::RethickenError;
-use crate::mesh::midsurface::{BorderKind, MidSurface, MidVertex, segments};
 use crate::mesh::{Bounds, Frame};
+use crate::surface::{BorderKind, MidSurface, MidVertex, segments};
 
 /// Triangles, any number of them to an edge, with the radius of a ball at
 /// every vertex.

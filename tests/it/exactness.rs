@@ -2,13 +2,14 @@
 //! every vertex is equally far from its walls and borders lie on coping.
 
 use glam::DVec3;
-use midsurf::extract::{Cell, Extraction, Settings, extract};
+use midsurf::CellSize;
+use midsurf::extract::{Extraction, Settings, extract};
 use midsurf::field::Field;
-use midsurf::field::walls::{Separation, Walls};
-use midsurf::follow::Probe;
-use midsurf::mesh::midsurface::VertexKind;
 use midsurf::mesh::{Part, PartOptions};
-use midsurf::vertices::{bisect, crossings, sample_node};
+use midsurf::surface::VertexKind;
+use midsurf::trace::edge::{bisect, crossings, sample_node};
+use midsurf::trace::probe::Probe;
+use midsurf::walls::{Separation, Walls};
 
 use crate::common::fixture_part;
 
@@ -19,7 +20,7 @@ fn part(name: &str) -> Part {
 
 fn run(part: &Part, cell: f64) -> Extraction {
     let settings = Settings {
-        cell: Cell::Length(cell),
+        cell: CellSize::Length(cell),
         ..Settings::default()
     };
     extract(part, &settings, &|_, _, _| ()).unwrap()
@@ -99,7 +100,7 @@ fn borders_lie_on_coping() {
         for border in surface
             .borders
             .iter()
-            .filter(|b| b.kind == midsurf::mesh::midsurface::BorderKind::Coping)
+            .filter(|b| b.kind == midsurf::surface::BorderKind::Coping)
         {
             for pair in border.path.windows(2) {
                 let [p, q] = [pair[0], pair[1]].map(|v| surface.vertices[v as usize].position);

@@ -1,14 +1,15 @@
 //! Meshes far from the origin: every engine gives what it gives nearby.
 
 use glam::DVec3;
-use midsurf::dual_contour::Precision;
 use midsurf::extract::{Extraction, Settings, extract};
-use midsurf::mesh::midsurface::BorderKind;
 use midsurf::mesh::{Part, PartOptions, PartWarning, TriMesh, self_intersections};
 use midsurf::offset::{self, OffsetError};
 use midsurf::rethicken::{self, BallSurface, rethicken};
 use midsurf::roundtrip;
+use midsurf::settings::cell::CellSize;
+use midsurf::settings::precision::Precision;
 use midsurf::subdivide::{self, Boundary, Cage, Level, Scheme, hollow_out, interpolate};
+use midsurf::surface::BorderKind;
 use midsurf::thicken::{self, Side, thicken};
 
 use crate::common::{cuboid, fixture, fixture_part};
@@ -138,7 +139,7 @@ fn round_trips_come_back() {
         let part = part(&moved(&mesh, to), Some(coping.clone()));
         let settings = roundtrip::Settings {
             extract: Settings::default(),
-            solid_cell: Some(0.9),
+            solid_cell: CellSize::Length(0.9),
             memory_limit: 1 << 30,
         };
         let result = roundtrip::roundtrip(&part, &settings, &silent).unwrap();
