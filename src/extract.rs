@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::field::Field;
 use crate::field::thickness::ThicknessProfile;
 use crate::lattice::Lattice;
-use crate::mesh::Part;
+use crate::mesh::{Frame, Part};
 use crate::reshape::clean;
 use crate::settings::cell::{BadCell, CellSize, Scale};
 use crate::settings::memory::TooFine;
@@ -129,6 +129,8 @@ pub fn extract_until(
 ) -> Result<Extraction, ExtractError> {
     let start = Instant::now();
     progress("field", 0, 0);
+    let frame = Frame::around(&part.bounds());
+    let part = &*part.in_frame(frame);
     let field = Field::new(part);
     let profile = ThicknessProfile::measure(&field, 2000);
     let cell = cell_size(part, &profile, settings)?;
@@ -144,7 +146,8 @@ pub fn extract_until(
     progress("mesh", 0, 0);
     let traced = clean::clean_on(tracer.assemble(), cell, &field);
     stop.heed()?;
-    let surface = build(&traced, feet::balls(&traced, &field));
+    let mut surface = build(&traced, feet::balls(&traced, &field));
+    surface.leave(frame);
     let graph = SheetGraph::of(&surface);
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 

@@ -25,7 +25,7 @@ use serde::Serialize;
 use smallvec::SmallVec;
 use thiserror::Error;
 
-use crate::mesh::TriMesh;
+use crate::mesh::{Frame, TriMesh};
 use edges::Edges;
 
 /// What a mid-surface vertex is.
@@ -357,6 +357,14 @@ impl MidSurface {
         TriMesh {
             positions: self.vertices().iter().map(|v| v.position).collect(),
             triangles: self.triangles().iter().map(|t| t.corners).collect(),
+        }
+    }
+
+    /// Moves positions and footpoints out of a frame.
+    pub(crate) fn leave(&mut self, frame: Frame) {
+        for vertex in &mut self.parts.vertices {
+            frame.leave([&mut vertex.position]);
+            frame.leave(&mut vertex.ball.footpoints);
         }
     }
 }
