@@ -73,7 +73,7 @@ fn two_sheets_that_share_an_edge_are_one() {
 fn three_pages_make_a_seam() {
     let (surface, graph, cracks) = check(&marked(book(3, 2, 4), Line::CopingBorder));
     assert_eq!((surface.sheet_count(), cracks.len()), (3, 0));
-    let [seam] = &surface.seams()[..] else {
+    let [seam] = surface.seams() else {
         panic!("{:?}", surface.seams())
     };
     assert_eq!(seam.sheets, [0, 1, 2]);
