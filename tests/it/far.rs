@@ -71,7 +71,7 @@ fn extraction_closes() {
             assert!((ratio - 1.0).abs() < 1e-3, "{name} at {to}: {ratio}");
             // Vertices and footpoints are back at the part.
             let bounds = part(&moved(&mesh, to), None).bounds().grown(1e-3);
-            for vertex in &far.surface.vertices() {
+            for vertex in far.surface.vertices() {
                 assert!(bounds.contains(vertex.position));
                 assert!(vertex.footpoints.iter().all(|&f| bounds.contains(f)));
             }
