@@ -12,8 +12,13 @@ use crate::lattice::Lattice;
 use crate::mesh::Part;
 use crate::reshape::clean;
 use crate::settings::cell::{BadCell, CellSize, Scale};
+<<<<<<< HEAD
 use crate::settings::memory::{MEMORY_LIMIT, TooFine};
 use crate::settings::progress::Progress;
+=======
+use crate::settings::memory::TooFine;
+use crate::settings::progress::{Progress, Stop, Stopped};
+>>>>>>> main
 use crate::surface::MidSurface;
 use crate::surface::graph;
 use crate::surface::graph::{Crack, SheetGraph};
@@ -74,6 +79,15 @@ pub enum ExtractError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     TooFine(#[from] TooFine),
+    /// It was asked to stop; see [`extract_until`].
+    #[error("stopped on request")]
+    Stopped,
+}
+
+impl From<Stopped> for ExtractError {
+    fn from(_: Stopped) -> ExtractError {
+        ExtractError::Stopped
+    }
 }
 
 /// Seconds by stage and counts of work.
@@ -129,6 +143,16 @@ pub fn extract(
     settings: &Settings,
     progress: &Progress,
 ) -> Result<Extraction, ExtractError> {
+    extract_until(part, settings, progress, &Stop::default())
+}
+
+/// As [`extract`], but ends early when asked to.
+pub fn extract_until(
+    part: &Part,
+    settings: &Settings,
+    progress: &Progress,
+    stop: &Stop,
+) -> Result<Extraction, ExtractError> {
     let start = Instant::now();
     progress("field", 0, 0);
     let field = Field::new(part);
@@ -136,14 +160,16 @@ pub fn extract(
     let cell = cell_size(part, &profile, settings)?;
     let walls = Walls::new(part, &field, separation(settings));
     let lattice = lattice(part, &field, &profile, cell, settings)?;
+    stop.heed()?;
     let field_seconds = start.elapsed().as_secs_f64();
 
     let mut tracer = Tracer::new(&walls, lattice);
-    tracer.run(progress);
+    tracer.run(progress, stop)?;
     let trace_seconds = start.elapsed().as_secs_f64() - field_seconds;
 
     progress("mesh", 0, 0);
     let raw = clean::clean_on(tracer.assemble(), cell, &field);
+    stop.heed()?;
     let (surface, graph, cracks) = graph::build(&raw, &field);
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 

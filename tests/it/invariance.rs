@@ -3,8 +3,9 @@
 
 use glam::{DMat3, DVec3};
 use midsurf::CellSize;
-use midsurf::extract::{Extraction, Settings, extract};
+use midsurf::extract::{ExtractError, Extraction, Settings, extract, extract_until};
 use midsurf::mesh::{Part, PartOptions, TriMesh};
+use midsurf::settings::progress::Stop;
 
 use crate::common::fixture_part;
 
@@ -224,4 +225,25 @@ fn bytes_do_not_depend_on_threads() {
     };
     let one = on(1);
     assert!(one == on(2) && one == on(5));
+}
+
+/// Work that is asked to stop ends without a result, wherever it is.
+#[test]
+fn an_extraction_can_be_stopped_at_any_stage() {
+    let (mesh, flags) = fixture_part("tee");
+    let (part, _) = Part::new(mesh, flags, PartOptions::default()).unwrap();
+    let settings = Settings::default();
+    for stage in ["field", "trace", "mesh"] {
+        let stop = Stop::default();
+        let seen = std::sync::atomic::AtomicBool::new(false);
+        let progress = |at: &'static str, _, _| {
+            if at == stage {
+                seen.store(true, std::sync::atomic::Ordering::Relaxed);
+                stop.ask();
+            }
+        };
+        let result = extract_until(&part, &settings, &progress, &stop);
+        assert!(matches!(result, Err(ExtractError::Stopped)), "{stage}");
+        assert!(seen.into_inner(), "{stage}");
+    }
 }
