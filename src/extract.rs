@@ -12,13 +12,8 @@ use crate::lattice::Lattice;
 use crate::mesh::Part;
 use crate::reshape::clean;
 use crate::settings::cell::{BadCell, CellSize, Scale};
-<<<<<<< HEAD
 use crate::settings::memory::{MEMORY_LIMIT, TooFine};
-use crate::settings::progress::Progress;
-=======
-use crate::settings::memory::TooFine;
 use crate::settings::progress::{Progress, Stop, Stopped};
->>>>>>> main
 use crate::surface::MidSurface;
 use crate::surface::graph;
 use crate::surface::graph::{Crack, SheetGraph};
@@ -81,6 +76,7 @@ pub enum ExtractError {
     TooFine(#[from] TooFine),
     /// It was asked to stop; see [`extract_until`].
     #[error("stopped on request")]
+    #[diagnostic(help("start again"))]
     Stopped,
 }
 

@@ -46,38 +46,7 @@ impl Failure {
 
     /// Flags that do not go together.
     pub(crate) fn usage(message: impl Into<String>, help: impl Into<String>) -> Failure {
-<<<<<<< HEAD
         Failure::input(Explained::new(message, help))
-=======
-        Failure::input(Explained {
-            message: message.into(),
-            help: Some(help.into()),
-        })
-    }
-
-    /// Settings that do not fit the part.
-    pub(crate) fn extract(error: &ExtractError, file: &Path) -> Failure {
-        let help = match error {
-            ExtractError::BadCell(_) => "give a positive length, or leave --cell away",
-            ExtractError::NoThickness => {
-                "`midsurf tags PART TAGS` shows what is tagged; --cell takes a length"
-            }
-            ExtractError::TooFine(_) => TOO_FINE,
-            ExtractError::Stopped => "start again",
-        };
-        Failure::input(Explained {
-            message: format!("{}: {error}", file.display()),
-            help: Some(help.to_owned()),
-        })
-    }
-
-    /// A grid that is refused: what to do about it.
-    pub(crate) fn grid_help(error: &GridError) -> &'static str {
-        match error {
-            GridError::TooFine(_) => TOO_FINE,
-            GridError::NoGrid { .. } => "move it nearer to the origin, or take a larger --cell",
-        }
->>>>>>> main
     }
 
     /// A result that could not be written.
