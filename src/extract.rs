@@ -9,7 +9,7 @@ use thiserror::Error;
 use crate::field::Field;
 use crate::field::thickness::ThicknessProfile;
 use crate::lattice::Lattice;
-use crate::mesh::Part;
+use crate::mesh::{Frame, Part};
 use crate::reshape::clean;
 use crate::settings::cell::{BadCell, CellSize, Scale};
 use crate::settings::memory::{MEMORY_LIMIT, TooFine};
@@ -151,6 +151,8 @@ pub fn extract_until(
 ) -> Result<Extraction, ExtractError> {
     let start = Instant::now();
     progress("field", 0, 0);
+    let frame = Frame::around(&part.bounds());
+    let part = &*part.in_frame(frame);
     let field = Field::new(part);
     let profile = ThicknessProfile::measure(&field, 2000);
     let cell = cell_size(part, &profile, settings)?;
@@ -166,7 +168,9 @@ pub fn extract_until(
     progress("mesh", 0, 0);
     let raw = clean::clean_on(tracer.assemble(), cell, &field);
     stop.heed()?;
-    let (surface, graph, cracks) = graph::build(&raw, &field);
+    let (mut surface, graph, mut cracks) = graph::build(&raw, &field);
+    surface.leave(frame);
+    frame.leave(cracks.iter_mut().map(|crack| &mut crack.at));
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 
     let work = Work {

@@ -23,9 +23,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Work};
+use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Numbers, Work};
 use crate::field::Field;
-use crate::mesh::{Bounds, Part, TriMesh, self_intersections};
+use crate::mesh::{Bounds, Frame, Part, TriMesh, self_intersections};
 use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
@@ -165,21 +165,24 @@ pub fn offset(
     let distance = settings.distance;
     let start = Instant::now();
     progress("field", 0, 0);
+    let frame = Frame::around(&part.bounds().grown(distance.max(0.0)));
+    let part = &*part.in_frame(frame);
     let (field, warnings) = field(part, settings);
     let field_seconds = start.elapsed().as_secs_f64();
 
     let solid = OffsetSolid::new(&field, distance);
-    let grid = grid(&solid.bounds(), part, settings)?;
+    let grid = grid(&solid.bounds(), part, settings, frame)?;
     let contour_settings = dual_contour::Settings {
         tolerance: settings.tolerance,
         filters: settings.filters,
     };
-    let contour = dual_contour::contour(&solid, &grid, &contour_settings, progress);
+    let mut contour = dual_contour::contour(&solid, &grid, &contour_settings, progress);
     if contour.mesh.triangles.is_empty() {
         return Err(OffsetError::Empty(distance.abs()));
     }
     progress("check", 0, 0);
     let [corner_deviation, centre_deviation] = deviations(&solid, &contour.mesh);
+    frame.leave(&mut contour.mesh.positions);
     Ok(Offset {
         mesh: contour.mesh,
         warnings,
@@ -242,15 +245,21 @@ fn field(part: &Part, settings: &Settings) -> (Field, Vec<OffsetWarning>) {
     (field, warnings)
 }
 
-fn grid(bounds: &Bounds, part: &Part, settings: &Settings) -> Result<Grid, OffsetError> {
+fn grid(
+    bounds: &Bounds,
+    part: &Part,
+    settings: &Settings,
+    frame: Frame,
+) -> Result<Grid, OffsetError> {
     let Settings { distance, cell, .. } = *settings;
     if bounds.is_empty() {
         return Err(OffsetError::Empty(distance.abs()));
     }
     let round = 4.0 * std::f64::consts::PI * distance.max(0.0).powi(2);
     let area = part.area() + round;
-    let (precision, limit) = (settings.precision, settings.memory_limit);
-    Ok(Grid::within(bounds, area, cell, precision, limit)?)
+    let numbers = Numbers::new(settings.precision, frame);
+    let limit = settings.memory_limit;
+    Ok(Grid::within(bounds, area, cell, numbers, limit)?)
 }
 
 /// Deviations at corners and at centres.

@@ -42,7 +42,7 @@ use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Filters, Grid, GridError, Work};
+use crate::dual_contour::{self, Filters, Grid, GridError, Numbers, Work};
 use crate::mesh::TriMesh;
 use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
@@ -204,6 +204,8 @@ pub fn rethicken(
     }
     let start = Instant::now();
     progress("field", 0, 0);
+    let frame = surface.frame();
+    let surface = &*surface.in_frame(frame);
     let solid = SlabSolid::new(surface);
     let solid_seconds = start.elapsed().as_secs_f64();
     // Both sides, and some for the ends.
@@ -212,18 +214,19 @@ pub fn rethicken(
         &solid.bounds(),
         area,
         cell,
-        settings.precision,
+        Numbers::new(settings.precision, frame),
         settings.memory_limit,
     )?;
     let contour_settings = dual_contour::Settings {
         tolerance,
         filters: Filters::default(),
     };
-    let contour = dual_contour::contour(&solid, &grid, &contour_settings, progress);
+    let mut contour = dual_contour::contour(&solid, &grid, &contour_settings, progress);
     let least = surface.least_thickness();
     if contour.mesh.triangles.is_empty() {
         return Err(RethickenError::Empty(0.5 * least));
     }
+    frame.leave(&mut contour.mesh.positions);
     let coarse = (cell > 0.5 * least).then_some(RethickenWarning::CoarseCell);
     Ok(Rethickened {
         mesh: contour.mesh,

@@ -4,10 +4,14 @@
 //! half-edge from it to the next corner of that face. Faces run
 //! counter-clockwise seen from outside.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 use miette::Diagnostic;
 use smallvec::SmallVec;
 use thiserror::Error;
+
+use crate::mesh::{Bounds, Frame};
 
 /// No half-edge runs the other way: the edge is on the boundary.
 pub(super) const NONE: u32 = u32::MAX;
@@ -214,6 +218,25 @@ impl Cage {
         Ok(cage)
     }
 
+    fn bounds(&self) -> Bounds {
+        Bounds::of(self.positions.iter().copied())
+    }
+
+    /// The frame for the mesh and its surface.
+    pub(super) fn frame(&self) -> Frame {
+        Frame::around(&self.bounds())
+    }
+
+    /// The mesh in a frame.
+    pub(super) fn in_frame(&self, frame: Frame) -> Cow<'_, Cage> {
+        if frame.is_identity() {
+            return Cow::Borrowed(self);
+        }
+        let mut cage = self.clone();
+        frame.enter(&mut cage.positions);
+        Cow::Owned(cage)
+    }
+
     /// A mesh whose links are known to be sound; `twins` as described above.
     pub(super) fn linked(
         positions: Vec<DVec3>,
@@ -378,7 +401,7 @@ impl Cage {
 
     /// Diagonal of the box around the control vertices.
     pub fn diagonal(&self) -> f64 {
-        crate::mesh::Bounds::of(self.positions.iter().copied()).diagonal()
+        self.bounds().diagonal()
     }
 
     /// Volume enclosed by the control mesh, each face as a fan around its

@@ -54,7 +54,7 @@ pub use patch::Jet;
 pub use refine::{Boundary, Quads, refine};
 pub use solid::{Hollow, folded};
 
-use crate::mesh::{FaceId, TriMesh, self_intersections};
+use crate::mesh::{FaceId, Frame, TriMesh, self_intersections};
 
 /// Samples of a shell up to which a level is tried for `--tolerance`.
 const MOST_TRIED: usize = 2_000_000;
@@ -170,6 +170,10 @@ impl Trial {
             Scheme::Direct => 1,
         }]
     }
+
+    fn leave(&mut self, frame: Frame) {
+        frame.leave(self.fold_free.iter_mut().map(|free| &mut free.at));
+    }
 }
 
 fn tried(trials: &[Trial], scheme: Scheme) -> String {
@@ -211,6 +215,16 @@ pub struct HollowSolid {
     pub intersections: Vec<(FaceId, FaceId)>,
 }
 
+impl HollowSolid {
+    fn leave(&mut self, frame: Frame) {
+        frame.leave(&mut self.hollow.mesh.positions);
+        frame.leave(&mut self.samples.outer);
+        frame.leave(&mut self.samples.inner);
+        self.trial.leave(frame);
+        self.trials.iter_mut().for_each(|trial| trial.leave(frame));
+    }
+}
+
 /// A level with its surface.
 struct Laid {
     surface: LimitSurface,
@@ -236,6 +250,35 @@ pub fn hollow_out(
     if !(settings.thickness > 0.0 && settings.thickness.is_finite()) {
         return Err(SubdivideError::Thickness(settings.thickness));
     }
+    let frame = cage.frame();
+    match hollow_out_locally(&cage.in_frame(frame), settings, progress) {
+        Ok(mut solid) => {
+            solid.leave(frame);
+            Ok(solid)
+        }
+        Err(SubdivideError::NoLevel {
+            thickness,
+            tolerance,
+            scheme,
+            mut trials,
+        }) => {
+            trials.iter_mut().for_each(|trial| trial.leave(frame));
+            Err(SubdivideError::NoLevel {
+                thickness,
+                tolerance,
+                scheme,
+                trials,
+            })
+        }
+        other => other,
+    }
+}
+
+fn hollow_out_locally(
+    cage: &Cage,
+    settings: &Settings,
+    progress: &dyn Fn(&'static str),
+) -> Result<HollowSolid, SubdivideError> {
     let forced = !cage.is_quads();
     let (laid, trials) = match settings.level {
         Level::Fixed(level) => {
@@ -316,10 +359,12 @@ fn sheet(
     lay: impl Fn(&LimitSurface, &Grid) -> Vec<DVec3>,
 ) -> Result<(TriMesh, u32), SubdivideError> {
     fits(cage, level, samples)?;
-    let (mesh, level) = refined(cage, level, boundary)?;
+    let frame = cage.frame();
+    let (mesh, level) = refined(&cage.in_frame(frame), level, boundary)?;
     let surface = LimitSurface::new(mesh, boundary)?;
     let grid = grid(&surface, samples)?;
-    let positions = lay(&surface, &grid);
+    let mut positions = lay(&surface, &grid);
+    frame.leave(&mut positions);
     let triangles = grid.triangles();
     let mesh = TriMesh {
         positions,

@@ -10,7 +10,7 @@ use glam::DVec3;
 use serde::Serialize;
 use smallvec::SmallVec;
 
-use crate::mesh::TriMesh;
+use crate::mesh::{Frame, TriMesh};
 
 /// What a mid-surface vertex is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -120,6 +120,14 @@ impl MidSurface {
         TriMesh {
             positions: self.vertices.iter().map(|v| v.position).collect(),
             triangles: self.triangles.iter().map(|t| t.corners).collect(),
+        }
+    }
+
+    /// Moves positions and footpoints out of a frame.
+    pub(crate) fn leave(&mut self, frame: Frame) {
+        for vertex in &mut self.vertices {
+            frame.leave([&mut vertex.position]);
+            frame.leave(&mut vertex.footpoints);
         }
     }
 }

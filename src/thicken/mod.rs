@@ -50,8 +50,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Work};
-use crate::mesh::{Bounds, TriMesh, self_intersections, weld_exact};
+use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Numbers, Work};
+use crate::mesh::{Bounds, Frame, TriMesh, self_intersections, weld_exact};
 use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
@@ -282,6 +282,8 @@ pub fn thicken(
     let start = Instant::now();
     progress("field", 0, 0);
     let mut mesh = tidy(surface)?;
+    let frame = Frame::around(&mesh.bounds().grown(settings.thickness));
+    frame.enter(&mut mesh.positions);
     if settings.side == Side::Outer {
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
@@ -295,6 +297,7 @@ pub fn thicken(
         });
     }
     let field_seconds = start.elapsed().as_secs_f64();
+    let numbers = Numbers::new(settings.precision, frame);
 
     let mut best: Option<Thickened> = None;
     let mut attempts = 0;
@@ -302,7 +305,7 @@ pub fn thicken(
     for (finer, shift) in GRIDS {
         let cell = finer * settings.cell;
         let solid = ThickSolid::new(&patch, settings.thickness, cell);
-        let grid = match grid(&patch, &solid.bounds(), settings, cell, shift) {
+        let grid = match grid(&patch, &solid.bounds(), settings, numbers, cell, shift) {
             Ok(grid) => grid,
             Err(error) if attempts == 0 => return Err(error.into()),
             Err(_) => break,
@@ -317,7 +320,8 @@ pub fn thicken(
         for share in LEVELS {
             let begin = Instant::now();
             attempts += 1;
-            let joined = join(&patch, &contour.mesh, &distances, share, settings);
+            let level = share * settings.thickness;
+            let joined = join(&patch, &contour.mesh, &distances, level, numbers);
             join_seconds += begin.elapsed().as_secs_f64();
             let Some((mut mesh, pairs, bad_edges)) = joined else {
                 continue;
@@ -330,12 +334,8 @@ pub fn thicken(
                 let begin = Instant::now();
                 let mut sharpened = 0;
                 if pairs == 0 {
-                    let Settings {
-                        thickness,
-                        precision,
-                        ..
-                    } = *settings;
-                    sharpened = sharpen::sharpen(&patch, &mut mesh, thickness, cell, precision);
+                    let thickness = settings.thickness;
+                    sharpened = sharpen::sharpen(&patch, &mut mesh, thickness, cell, numbers);
                 }
                 let sharpen_seconds = begin.elapsed().as_secs_f64();
                 best = Some(Thickened {
@@ -354,7 +354,8 @@ pub fn thicken(
                     work: contour.work,
                 });
             }
-            if let Some(sound) = best.take_if(|best| best.is_sound()) {
+            if let Some(mut sound) = best.take_if(|best| best.is_sound()) {
+                frame.leave(&mut sound.mesh.positions);
                 return Ok(sound);
             }
             if patch.rim.loops.is_empty() {
@@ -363,10 +364,13 @@ pub fn thicken(
             }
         }
     }
-    best.map(|best| Thickened {
-        attempts,
-        join_seconds,
-        ..best
+    best.map(|mut best| {
+        frame.leave(&mut best.mesh.positions);
+        Thickened {
+            attempts,
+            join_seconds,
+            ..best
+        }
     })
     .ok_or(ThickenError::Unresolved {
         cell: settings.cell,
@@ -431,6 +435,7 @@ fn grid(
     patch: &Patch,
     bounds: &Bounds,
     settings: &Settings,
+    numbers: Numbers,
     cell: f64,
     shift: f64,
 ) -> Result<Grid, GridError> {
@@ -440,8 +445,8 @@ fn grid(
         min: bounds.min - shift * cell,
         max: bounds.max,
     };
-    let (precision, limit) = (settings.precision, settings.memory_limit);
-    Grid::within_filled(&bounds, area, volume, cell, precision, limit)
+    let limit = settings.memory_limit;
+    Grid::within_filled(&bounds, area, volume, cell, numbers, limit)
 }
 
 /// The solid from its contour, with pairs of triangles that cut each other, and
@@ -450,12 +455,11 @@ fn join(
     patch: &Patch,
     contour: &TriMesh,
     distances: &[f64],
-    share: f64,
-    settings: &Settings,
+    level: f64,
+    numbers: Numbers,
 ) -> Option<(TriMesh, usize, usize)> {
-    let level = share * settings.thickness;
     let mut cut = cut::cut(contour, distances, level);
-    let places = collar::settle(patch, &mut cut, level, settings.precision);
+    let places = collar::settle(patch, &mut cut, level, numbers);
     let first = patch.mesh.positions.len() as u32;
     let collar = collar::join(patch, &cut, &places, first)?;
     let mut mesh = patch.mesh.clone();
