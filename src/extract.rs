@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -11,7 +12,7 @@ use crate::lattice::Lattice;
 use crate::mesh::{Frame, Part};
 use crate::reshape::clean;
 use crate::settings::cell::{BadCell, CellSize, Scale};
-use crate::settings::memory::TooFine;
+use crate::settings::memory::{MEMORY_LIMIT, TooFine};
 use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::MidSurface;
 use crate::surface::build::build;
@@ -39,7 +40,7 @@ impl Default for Settings {
             cell: CellSize::Auto,
             min_angle: DEFAULT_ANGLE,
             keep_fins: false,
-            memory_limit: 8 << 30,
+            memory_limit: MEMORY_LIMIT,
         }
     }
 }
@@ -57,21 +58,26 @@ const KEPT_FIN_ANGLE: f64 = 40.0;
 const BYTES_PER_CELL: f64 = 7000.0;
 
 /// Why nothing could be extracted.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ExtractError {
     /// The cell size is no length.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     BadCell(BadCell),
     /// No wall of the part faces another.
     #[error(
         "no wall faces another wall: the wall thickness is unknown; give a cell size, and check the coping tags"
     )]
+    #[diagnostic(help("`midsurf tags PART TAGS` shows what is tagged; --cell takes a length"))]
     NoThickness,
     /// The lattice would not fit.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     TooFine(#[from] TooFine),
     /// It was asked to stop; see [`extract_until`].
     #[error("stopped on request")]
+    #[diagnostic(help("start again"))]
     Stopped,
 }
 

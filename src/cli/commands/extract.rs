@@ -122,7 +122,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result = extract(&input.part, &args.settings(), &show)
-        .map_err(|error| Failure::extract(&error, &args.part))?;
+        .map_err(|error| Failure::refused(&args.part, &error))?;
     if result.surface.triangles().is_empty() {
         return Err(Failure::no_result(
             format!("{}: no mid-surface was found", args.part.display()),

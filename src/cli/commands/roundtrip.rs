@@ -123,8 +123,10 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     };
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result = roundtrip(&input.part, &settings, &show).map_err(|error| match &error {
-        RoundTripError::Extract(error) => Failure::extract(error, &args.part),
-        RoundTripError::Rethicken(error) => rethicken::failure(error, &args.part),
+        RoundTripError::Rethicken(error) => {
+            rethicken::failure(error, &args.part).calling("--cell", "--solid-cell")
+        }
+        error => Failure::refused(&args.part, error),
     })?;
     let mut warnings = std::mem::take(&mut input.warnings);
     warnings.extend(result.solid.warnings.iter().map(|warning| {
