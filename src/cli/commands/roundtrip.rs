@@ -177,9 +177,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
     .around(json!({
         "surface": {
-            "vertices": result.extraction.surface.vertices.len(),
-            "triangles": result.extraction.surface.triangles.len(),
-            "cracks": result.extraction.cracks.len(),
+            "vertices": result.extraction.surface.vertices().len(),
+            "triangles": result.extraction.surface.triangles().len(),
+            "cracks": result.extraction.graph.cracks().len(),
         },
         "solid": {
             "vertices": result.solid.mesh.positions.len(),
@@ -196,7 +196,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         print_warnings(&warnings);
         summary(&result);
     }
-    Ok(if result.extraction.cracks.is_empty() {
+    Ok(if result.extraction.graph.cracks().is_empty() {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)
