@@ -92,7 +92,7 @@ pub(crate) fn run(
         "total": start.elapsed().as_secs_f64(),
     });
     let report = Envelope {
-        command: command,
+        command,
         input: json!({
             "part": input.file,
             "sha256": input.sha256,
