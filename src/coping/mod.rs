@@ -6,6 +6,7 @@
 //! wins; conditions in one rule must all hold, items of one list unite.
 
 mod error;
+mod excerpt;
 mod glob;
 mod identity;
 mod rule;
@@ -130,7 +131,7 @@ pub fn read_tags_bytes(
 }
 
 fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping, Located> {
-    identity::check(&file.mesh, loaded, &mesh_file.display().to_string())?;
+    identity::check(&file.mesh, loaded, &mesh_file.to_string_lossy())?;
     let mut coping = Coping::none(loaded);
     let mut selector = Selector::new(loaded);
     for rule in &file.rules {

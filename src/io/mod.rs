@@ -6,6 +6,7 @@
 
 mod error;
 mod names;
+pub mod quote;
 mod read;
 mod text;
 pub mod write;

@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::numbers::figure;
+use midsurf::io::quote::{shown, shown_path};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -171,7 +172,7 @@ impl Info {
 
     fn print(&self, out: &mut impl Write) -> io::Result<()> {
         let [a, b] = [self.min, self.max];
-        writeln!(out, "part         {}", self.part.display())?;
+        writeln!(out, "part         {}", shown_path(&self.part))?;
         write!(out, "triangles    {}", self.triangles)?;
         if self.facets != self.triangles {
             write!(out, " from {} faces", self.facets)?;
@@ -230,14 +231,14 @@ impl Info {
             ("materials", &self.materials),
         ] {
             if !names.is_empty() {
-                let shown = names.iter().take(NAMES_SHOWN).cloned();
-                let shown = shown.collect::<Vec<_>>().join(", ");
+                let names_shown = names.iter().take(NAMES_SHOWN).map(|name| shown(name));
+                let list = names_shown.collect::<Vec<_>>().join(", ");
                 let more = if names.len() > NAMES_SHOWN {
                     ", …"
                 } else {
                     ""
                 };
-                writeln!(out, "{kind:<12} {}: {shown}{more}", names.len())?;
+                writeln!(out, "{kind:<12} {}: {list}{more}", names.len())?;
             }
         }
         writeln!(out, "sha256       {}", self.sha256)?;

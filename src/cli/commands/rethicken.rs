@@ -16,6 +16,7 @@ use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
+use midsurf::io::quote::shown_path;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -166,7 +167,7 @@ fn warnings(
 ) -> Vec<Warning> {
     let warning = |code, message: &str| Warning {
         code,
-        message: format!("{}: {message}", args.surface.display()),
+        message: format!("{}: {message}", shown_path(&args.surface)),
     };
     let mut warnings: Vec<Warning> = (loaded.warnings.iter())
         .map(|w| read_warning(&args.surface, w))

@@ -23,6 +23,7 @@ use crate::cli::shared::progress::Progress;
 use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::SolidArgs;
+use midsurf::io::quote::shown_path;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -239,7 +240,7 @@ fn read(file: &Path) -> Result<Control, Failure> {
             code: "inside_out",
             message: format!(
                 "{}: the control mesh was inside out (volume {}); all faces were turned",
-                file.display(),
+                shown_path(file),
                 figure(volume)
             ),
         });

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::console::say;
 use super::failure::{Failure, place_of};
+use midsurf::io::quote::shown_path;
 
 /// A warning for stderr and for reports.
 #[derive(Clone, Debug, Serialize)]
@@ -63,7 +64,7 @@ pub(crate) fn load_tags(
         .iter()
         .map(|message| Warning {
             code: "empty_rule",
-            message: format!("{}: {message}", file.display()),
+            message: format!("{}: {message}", shown_path(file)),
         })
         .collect();
     Ok((coping, warnings))
@@ -95,7 +96,7 @@ impl Input {
             })?;
         warnings.extend(more.iter().map(|warning| Warning {
             code: warning.code(),
-            message: format!("{}: {warning}", file.display()),
+            message: format!("{}: {warning}", shown_path(file)),
         }));
         Ok(Input {
             file: file.to_owned(),

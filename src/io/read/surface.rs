@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use super::{LoadedMesh, ReadWarning, read_mesh};
 use crate::io::error::ReadError;
+use crate::io::quote::{bounded, shown_path};
 use crate::io::text::{Lines, decode, excerpt};
 use crate::io::write::{thickness_file, vertex_code};
 use crate::surface::build::build;
@@ -62,7 +63,7 @@ pub enum SurfaceReadError {
     #[diagnostic(transparent)]
     Mesh(#[from] ReadError),
     /// No radius or thickness.
-    #[error("{}: no thickness: {looked}", file.display())]
+    #[error("{}: no thickness: {looked}", shown_path(file))]
     #[diagnostic(help(
         "give a .ply with a vertex property `radius` or `thickness`, or an .obj with NAME.thickness.csv beside it, as `midsurf extract` writes them"
     ))]
@@ -73,7 +74,7 @@ pub enum SurfaceReadError {
         looked: String,
     },
     /// The table could not be read.
-    #[error("{}: cannot be read: {source}", file.display())]
+    #[error("{}: cannot be read: {source}", shown_path(file))]
     #[diagnostic(help("check the path and the permissions"))]
     Io {
         /// The table.
@@ -83,7 +84,7 @@ pub enum SurfaceReadError {
         source: std::io::Error,
     },
     /// A line of the table makes no sense.
-    #[error("{}, line {line}: {problem}", file.display())]
+    #[error("{}, line {line}: {}", shown_path(file), bounded(problem))]
     #[diagnostic(help(
         "the table has a header `vertex_index,thickness` or `vertex_index,radius`, and one line for every vertex, counted from 0"
     ))]
@@ -96,7 +97,10 @@ pub enum SurfaceReadError {
         problem: String,
     },
     /// A radius or thickness is none.
-    #[error("{}: the radius {radius} of vertex {vertex} is not a length ({count} such in all)", file.display())]
+    #[error(
+        "{}: the radius {radius} of vertex {vertex} is not a length ({count} such in all)",
+        shown_path(file)
+    )]
     #[diagnostic(help(
         "every vertex needs a radius or thickness that is zero or more; extract the mid-surface again"
     ))]
@@ -137,7 +141,7 @@ pub fn read_surface(file: &Path, table: Option<&Path>) -> Result<LoadedSurface, 
                 file: file.into(),
                 looked: format!(
                     "the file gives none for its vertices, and there is no {}",
-                    beside.display()
+                    shown_path(&beside)
                 ),
             });
         }

@@ -18,6 +18,8 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
+use crate::io::quote::shown_path;
+
 pub use painted::stage_deviation;
 pub use solid::{Shade, SolidFormat, stage_solid, write_solid};
 pub use stage::{Staged, check_target, stage};
@@ -29,7 +31,7 @@ use crate::surface::{BorderKind, MidSurface, VertexKind};
 #[non_exhaustive]
 pub enum WriteError {
     /// Suffix of no known format.
-    #[error("{}: has no suffix of a known output format", file.display())]
+    #[error("{}: has no suffix of a known output format", shown_path(file))]
     #[diagnostic(help("use {known}"))]
     UnknownFormat {
         /// The file asked for.
@@ -38,7 +40,11 @@ pub enum WriteError {
         known: &'static str,
     },
     /// The folder is not there.
-    #[error("{}: the folder {} does not exist", file.display(), folder.display())]
+    #[error(
+        "{}: the folder {} does not exist",
+        shown_path(file),
+        shown_path(folder)
+    )]
     #[diagnostic(help("create the folder first, or write elsewhere"))]
     NoFolder {
         /// The file asked for.
@@ -47,14 +53,17 @@ pub enum WriteError {
         folder: PathBuf,
     },
     /// The name belongs to a folder or a device.
-    #[error("{}: is not a regular file and will not be replaced", file.display())]
+    #[error("{}: is not a regular file and will not be replaced", shown_path(file))]
     #[diagnostic(help("choose another name"))]
     NotAFile {
         /// The file asked for.
         file: PathBuf,
     },
     /// Two outputs, or an output and an input, have the same name.
-    #[error("{}: this file is named twice, as {first} and as {second}", file.display())]
+    #[error(
+        "{}: this file is named twice, as {first} and as {second}",
+        shown_path(file)
+    )]
     #[diagnostic(help("give every file its own name"))]
     NamedTwice {
         /// The file.
@@ -65,7 +74,7 @@ pub enum WriteError {
         second: &'static str,
     },
     /// The system refused.
-    #[error("{}: cannot be written: {source}", file.display())]
+    #[error("{}: cannot be written: {source}", shown_path(file))]
     #[diagnostic(help("check free space and permissions; nothing was left behind"))]
     Io {
         /// The file asked for.
