@@ -8,16 +8,17 @@ use thiserror::Error;
 
 use super::excerpt::Excerpt;
 use super::rule::{Located, Span};
+use crate::io::Problem;
 use crate::io::quote::{bounded, quoted, shown, shown_path};
 
 /// What is wrong with a tag file, or between it and the mesh.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum TagProblem {
-    /// The system refused.
-    #[error("cannot be read: {0}")]
-    #[diagnostic(help("check the path, the spelling of the name and the permissions"))]
-    Io(#[source] std::io::Error),
+    /// The file as such.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Unread(Problem),
     /// The grammar is broken.
     #[error("{}", bounded(.0))]
     #[diagnostic(help("correct the file at this place"))]

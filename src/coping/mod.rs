@@ -93,8 +93,8 @@ pub fn read_tags(
     mesh_file: &Path,
 ) -> Result<Coping, TagError> {
     let file = file.as_ref();
-    let bytes =
-        std::fs::read(file).map_err(|error| TagError::whole(file, TagProblem::Io(error)))?;
+    let bytes = crate::io::read_bytes(file)
+        .map_err(|problem| TagError::whole(file, TagProblem::Unread(problem)))?;
     read_tags_bytes(&bytes, loaded, file, mesh_file)
 }
 

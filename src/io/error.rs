@@ -54,6 +54,20 @@ pub enum Problem {
     #[error("a control mesh is read from OBJ alone")]
     #[diagnostic(help("export the control mesh, not its subdivision, as polygons in .obj"))]
     NoControlFormat,
+    /// More than is read.
+    #[error("has more than {most} bytes, the most that are read")]
+    #[diagnostic(help("check that this is the right file; raise --max-input if it is"))]
+    TooLarge {
+        /// The bound.
+        most: u64,
+    },
+    /// The memory is not to be had.
+    #[error("does not fit into memory: {bytes} bytes more were not to be had")]
+    #[diagnostic(help("take a machine with more memory; coarsen the mesh"))]
+    Memory {
+        /// Asked for.
+        bytes: u64,
+    },
     /// No bytes.
     #[error("the file is empty")]
     #[diagnostic(help("export or download the file again"))]

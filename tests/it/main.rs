@@ -6,6 +6,7 @@ mod common;
 mod end_to_end;
 mod exactness;
 mod far;
+mod harm;
 mod invariance;
 mod offset;
 mod parts;

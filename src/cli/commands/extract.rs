@@ -19,7 +19,7 @@ use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::{angle, figure, positive};
 use crate::cli::shared::run::RunArgs;
-use midsurf::io::quote::shown_path;
+use midsurf::io::quote::{shown, shown_path};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -183,7 +183,7 @@ fn describe(input: &Input) {
     for rule in &input.rules {
         say(format_args!(
             "  {}: {} triangles, area {}",
-            rule.name,
+            shown(&rule.name),
             rule.count,
             figure(rule.area)
         ));

@@ -12,7 +12,9 @@ use serde::Serialize;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::numbers::figure;
-use midsurf::io::quote::{shown, shown_path};
+use crate::cli::shared::pool;
+use crate::cli::shared::report::named;
+use midsurf::io::quote::shown;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -48,7 +50,7 @@ pub(crate) struct Args {
 
 #[derive(Serialize)]
 struct Info {
-    part: PathBuf,
+    part: String,
     sha256: String,
     geometry: String,
     facets: usize,
@@ -99,6 +101,7 @@ fn wall_thickness(part: &Part) -> Option<Thickness> {
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    pool::start(None);
     let options = PartOptions {
         allow_open: true,
         weld: args.weld,
@@ -144,7 +147,7 @@ impl Info {
         let object = |set: &midsurf::io::NameSet| set.object.clone();
         let material = |set: &midsurf::io::NameSet| set.material.clone();
         Info {
-            part: input.file.clone(),
+            part: named(&input.file),
             sha256: input.sha256.clone(),
             geometry: input.geometry.clone(),
             facets: input.facets,
@@ -172,7 +175,7 @@ impl Info {
 
     fn print(&self, out: &mut impl Write) -> io::Result<()> {
         let [a, b] = [self.min, self.max];
-        writeln!(out, "part         {}", shown_path(&self.part))?;
+        writeln!(out, "part         {}", shown(&self.part))?;
         write!(out, "triangles    {}", self.triangles)?;
         if self.facets != self.triangles {
             write!(out, " from {} faces", self.facets)?;

@@ -20,7 +20,7 @@ use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, print_warnings, read_warning};
 use crate::cli::shared::numbers::{figure, positive};
 use crate::cli::shared::progress::Progress;
-use crate::cli::shared::report::Envelope;
+use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::SolidArgs;
 use midsurf::io::quote::shown_path;
@@ -381,7 +381,7 @@ fn boundary(args: &Args) -> &'static str {
 fn input(args: &Args, control: &Control) -> Value {
     let cage = &control.cage;
     json!({
-        "control": args.control,
+        "control": named(&args.control),
         "sha256": control.sha256,
         "vertices": cage.positions().len(),
         "faces": cage.face_count(),

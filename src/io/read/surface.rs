@@ -7,7 +7,9 @@ use miette::Diagnostic;
 use smallvec::SmallVec;
 use thiserror::Error;
 
+use super::read_bytes;
 use super::{LoadedMesh, ReadWarning, read_mesh};
+use crate::io::Place;
 use crate::io::error::ReadError;
 use crate::io::quote::{bounded, shown_path};
 use crate::io::text::{Lines, decode, excerpt};
@@ -72,16 +74,6 @@ pub enum SurfaceReadError {
         file: PathBuf,
         /// Where it was looked for.
         looked: String,
-    },
-    /// The table could not be read.
-    #[error("{}: cannot be read: {source}", shown_path(file))]
-    #[diagnostic(help("check the path and the permissions"))]
-    Io {
-        /// The table.
-        file: PathBuf,
-        /// What the system said.
-        #[source]
-        source: std::io::Error,
     },
     /// A line of the table makes no sense.
     #[error("{}, line {line}: {}", shown_path(file), bounded(problem))]
@@ -234,10 +226,8 @@ fn halved(mut thickness: Vec<f64>, file: &Path) -> (Vec<f64>, RadiusSource) {
 
 /// Radii of all vertices from a table.
 fn read_table(file: &Path, count: usize) -> Result<(Vec<f64>, RadiusSource), SurfaceReadError> {
-    let bytes = std::fs::read(file).map_err(|source| SurfaceReadError::Io {
-        file: file.into(),
-        source,
-    })?;
+    let bytes =
+        read_bytes(file).map_err(|problem| ReadError::new(file, (Place::Whole, problem)))?;
     let fail = |line: u64, problem: String| SurfaceReadError::Table {
         file: file.into(),
         line,
