@@ -5,6 +5,7 @@
 //! carry a checksum of its mesh. Rules run top to bottom, the last match
 //! wins; conditions in one rule must all hold, items of one list unite.
 
+pub mod detect;
 mod error;
 mod glob;
 mod identity;
@@ -15,6 +16,7 @@ mod toml;
 
 use std::path::Path;
 
+pub use detect::{Detection, detect};
 pub use error::{TagError, TagProblem};
 pub use identity::geometry_checksum;
 

@@ -12,7 +12,7 @@ use super::faces::{Faces, Kind};
 use super::probes::Probe;
 use super::samples::Sample;
 use super::surface::Surface;
-use crate::mesh::Sets;
+use crate::mesh::sets::Sets;
 
 /// Log2 of depth over chord from which a piece may be cut from a face, and
 /// over which width the evidence grows to its whole weight.

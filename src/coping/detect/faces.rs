@@ -4,7 +4,7 @@
 use super::samples::Sample;
 use super::probes::Probe;
 use super::surface::Surface;
-use crate::mesh::Sets;
+use crate::mesh::sets::Sets;
 
 /// Edges that bend by less lie in one plane, degrees.
 const PLANE: f64 = 1.0;
@@ -90,8 +90,8 @@ fn kinds(surface: &Surface, thickness: &[f64]) -> Vec<Kind> {
     }
     let (plane_of, count) = sets.labels();
     let plane_of: Vec<usize> = plane_of.into_iter().map(|plane| plane as usize).collect();
-    let mut areas = vec![0.0; count];
-    let mut logs = vec![(0.0, 0.0); count];
+    let mut areas: Vec<f64> = vec![0.0; count];
+    let mut logs: Vec<(f64, f64)> = vec![(0.0, 0.0); count];
     for (triangle, &plane) in plane_of.iter().enumerate() {
         let area = surface.areas[triangle];
         areas[plane] += area;
@@ -102,7 +102,7 @@ fn kinds(surface: &Surface, thickness: &[f64]) -> Vec<Kind> {
     }
     let local: Vec<f64> = logs.iter().map(|(sum, weight)| (sum / weight).exp()).collect();
 
-    let mut turning = vec![0.0; count];
+    let mut turning: Vec<f64> = vec![0.0; count];
     let mut beside = Vec::new();
     for edge in &surface.edges {
         let [a, b] = edge.faces.map(|face| plane_of[face as usize]);

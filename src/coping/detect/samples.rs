@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::faces::SMOOTH;
 use super::surface::Surface;
-use crate::mesh::Sets;
+use crate::mesh::sets::Sets;
 
 /// Points that a smooth face gets at least, however small: enough to average
 /// over its ends and corners.
