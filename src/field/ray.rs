@@ -137,7 +137,10 @@ fn push_near(node: &Node, segment: &Segment, order: &Order, stack: &mut Stack) {
     if meets == 0 {
         return;
     }
-    let entries = [order.entries(node, 0).to_array(), order.entries(node, 1).to_array()];
+    let entries = [
+        order.entries(node, 0).to_array(),
+        order.entries(node, 1).to_array(),
+    ];
     let bottom = stack.len();
     while meets != 0 {
         let lane = meets.trailing_zeros() as usize;

@@ -4,8 +4,8 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::edges::{EdgeKind, EdgeUse, EdgeUses, kind};
-use super::sets::Sets;
 use super::error::{EdgeReport, PartError, PartWarning};
+use super::sets::Sets;
 use super::{Bounds, FaceId, TriMesh};
 
 /// Solid angles that the shell check may sum before it gives up; about a

@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::closed_over::{ClosedOver, closed_over};
+use super::detect::detection_json;
 use super::extract::Args;
 use super::thickness::Thickness;
 use crate::cli::shared::input::{Input, Warning};
@@ -97,6 +98,7 @@ impl Report {
                 "weld": args.weld,
                 "obj_lines": args.obj_lines,
             },
+            "coping": input.detection.as_ref().map(detection_json),
             "result": self.result(result),
             "cracks": cracks.len(),
             "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],

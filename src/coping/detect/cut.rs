@@ -147,7 +147,11 @@ impl Piece<'_> {
         }
         let least = AREA * self.thickness * self.thickness;
         parts.retain(|part| {
-            let told = if part.coping { part.evidence } else { -part.evidence };
+            let told = if part.coping {
+                part.evidence
+            } else {
+                -part.evidence
+            };
             part.area > least && told > PURE * part.area
         });
         let Some(largest) = parts
@@ -195,7 +199,9 @@ impl Piece<'_> {
         reached[coping.index()] = true;
         let mut open = vec![coping];
         while let Some(node) = open.pop() {
-            let out = graph.edges(node).filter(|e| flow[e.id().index()] < *e.weight());
+            let out = graph
+                .edges(node)
+                .filter(|e| flow[e.id().index()] < *e.weight());
             let back = graph
                 .edges_directed(node, petgraph::Direction::Incoming)
                 .filter(|e| flow[e.id().index()] > 0);

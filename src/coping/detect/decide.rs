@@ -70,7 +70,10 @@ pub(super) fn decide(
     let all = 0..faces.len();
     Decision {
         coping: judge.labels.iter().map(|l| *l == Label::Coping).collect(),
-        value: all.clone().map(|face| judge.weigh(face) / area(face)).collect(),
+        value: all
+            .clone()
+            .map(|face| judge.weigh(face) / area(face))
+            .collect(),
         closure: all.map(|face| judge.closure(face)).collect(),
     }
 }
@@ -98,7 +101,9 @@ impl Judge<'_> {
     /// of the face.
     fn closure(&self, face: usize) -> f64 {
         let corner = &self.relations.corner[face];
-        let turns = corner.iter().any(|&other| self.label(other) == Label::Coping);
+        let turns = corner
+            .iter()
+            .any(|&other| self.label(other) == Label::Coping);
         let turns = if turns { 1.0 } else { 0.0 };
         let (mut told, mut seen) = (0.0, 0.0);
         for between in &self.relations.between[face] {
@@ -138,8 +143,9 @@ impl Judge<'_> {
             sureness: judge.weigh(face).abs(),
             face,
         };
-        let mut heap: BinaryHeap<Entry> =
-            (0..self.labels.len()).map(|face| entry(self, face)).collect();
+        let mut heap: BinaryHeap<Entry> = (0..self.labels.len())
+            .map(|face| entry(self, face))
+            .collect();
         while let Some(Entry { sureness, face }) = heap.pop() {
             if self.labels[face] != Label::Open {
                 continue;

@@ -118,9 +118,8 @@ impl Seen<'_> {
     fn shares(&self) -> Shares {
         let probes = || self.probes.iter();
         let flag = |holds: bool| if holds { 1.0 } else { 0.0 };
-        let mean = |value: &dyn Fn(&Probe) -> f64| {
-            means(self.samples, self.faces, probes().map(value))
-        };
+        let mean =
+            |value: &dyn Fn(&Probe) -> f64| means(self.samples, self.faces, probes().map(value));
         let coping = |triangle: u32| self.decision.coping[self.faces.of(triangle)];
         let beside = self.beside();
         let side = |(sample, probe): (&Sample, &Probe)| {
@@ -132,7 +131,8 @@ impl Seen<'_> {
             };
             flag(probe.score > 0.0 && probe.sides.is_some_and(|s| s.into_iter().any(tagged)))
         };
-        let opposite = |probe: &Probe| flag(probe.score < 0.0 && probe.opposite.is_some_and(coping));
+        let opposite =
+            |probe: &Probe| flag(probe.score < 0.0 && probe.opposite.is_some_and(coping));
         Shares {
             rim: mean(&|p| flag(p.score > 0.3)),
             wall: mean(&|p| flag(p.score < -0.3)),

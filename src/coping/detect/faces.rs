@@ -1,8 +1,8 @@
 //! The surface cut into faces that a person would name: each nearly flat, or
 //! a convex round, or a fillet.
 
-use super::samples::Sample;
 use super::probes::Probe;
+use super::samples::Sample;
 use super::surface::Surface;
 use crate::mesh::sets::Sets;
 
@@ -100,7 +100,10 @@ fn kinds(surface: &Surface, thickness: &[f64]) -> Vec<Kind> {
         logs[plane].0 += weight * thickness[triangle].ln();
         logs[plane].1 += weight;
     }
-    let local: Vec<f64> = logs.iter().map(|(sum, weight)| (sum / weight).exp()).collect();
+    let local: Vec<f64> = logs
+        .iter()
+        .map(|(sum, weight)| (sum / weight).exp())
+        .collect();
 
     let mut turning: Vec<f64> = vec![0.0; count];
     let mut beside = Vec::new();

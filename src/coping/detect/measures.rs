@@ -36,7 +36,13 @@ impl Measures {
             .collect();
         known.sort_by(f64::total_cmp);
         let median = known.get(known.len() / 2).copied().unwrap_or(0.0);
-        let log = |face: usize| if weight[face] > 0.0 { logs[face] } else { median };
+        let log = |face: usize| {
+            if weight[face] > 0.0 {
+                logs[face]
+            } else {
+                median
+            }
+        };
         Measures {
             area,
             score: mean(|probe| probe.score),

@@ -20,14 +20,25 @@ mod doubt;
 mod faces;
 mod measures;
 mod probes;
+mod question;
 mod relations;
 mod samples;
 mod surface;
+mod verdict;
+
+use glam::DVec3;
 
 use crate::mesh::{Bounds, TriMesh};
+use decide::Decision;
+use doubt::Doubt;
+use faces::Faces;
+use measures::Measures;
+use surface::Surface;
 
 pub use doubt::Reason;
 pub use faces::Kind;
+pub use question::{ASK, Question};
+pub use verdict::Verdict;
 
 /// How closely to look.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +56,8 @@ impl Default for Options {
 /// A face that was found, coping or wall.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DetectedFace {
+    /// Place in [`Detection::faces`], which names it for people.
+    pub number: usize,
     /// Its triangles, ascending.
     pub triangles: Vec<u32>,
     /// What was decided.
@@ -66,6 +79,8 @@ pub struct DetectedFace {
     pub thickness: f64,
     /// Box around it.
     pub bounds: Bounds,
+    /// A point of it near its middle.
+    pub middle: DVec3,
 }
 
 /// What was found on a part.
@@ -82,6 +97,8 @@ pub struct Detection {
     pub samples: usize,
     /// Edges that do not join exactly two triangles.
     pub odd_edges: usize,
+    /// Whether the mesh has gaps.
+    pub open: bool,
 }
 
 /// A wall is thin where it is this many times as wide as thick.
@@ -92,15 +109,14 @@ const THIN: f64 = 3.0;
 /// Deterministic: the same mesh gives the same result, bit for bit, on any
 /// number of threads.
 pub fn detect(mesh: &TriMesh, options: &Options) -> Detection {
-    let surface = surface::Surface::new(mesh);
+    let surface = Surface::new(mesh);
     let samples = samples::spread(&surface, options.samples);
     let probes = probes::look(&surface, &samples);
     let thickness = faces::thickness(&surface, &samples, &probes);
-    let mut faces = faces::Faces::find(&surface, &thickness);
+    let mut faces = Faces::find(&surface, &thickness);
     let added = cut::cut(&surface, &samples, &probes, &mut faces);
-    let measures = measures::Measures::of(&surface, &samples, &probes, &faces);
-    let relations =
-        relations::Relations::find(&surface, &samples, &probes, &faces, &measures);
+    let measures = Measures::of(&surface, &samples, &probes, &faces);
+    let relations = relations::Relations::find(&surface, &samples, &probes, &faces, &measures);
     let decision = decide::decide(&surface, &faces, &measures, &relations);
     let seen = doubt::Seen {
         surface: &surface,
@@ -113,29 +129,7 @@ pub fn detect(mesh: &TriMesh, options: &Options) -> Detection {
     };
     let doubts = seen.doubts();
 
-    let mut found: Vec<DetectedFace> = (0..faces.len())
-        .map(|face| DetectedFace {
-            triangles: Vec::new(),
-            coping: decision.coping[face],
-            score: measures.score[face],
-            by_neighbours: decision.closure[face],
-            doubt: doubts[face].amount,
-            reasons: doubts[face].reasons.clone(),
-            kind: faces.kinds[face],
-            area: measures.area[face],
-            thickness: measures.thickness[face],
-            bounds: Bounds::EMPTY,
-        })
-        .collect();
-    for (triangle, &face) in faces.of.iter().enumerate() {
-        let face = &mut found[face as usize];
-        face.triangles.push(triangle as u32);
-        for corner in surface.corners[triangle] {
-            face.bounds = face.bounds.with(corner);
-        }
-    }
-    let flags = faces.of.iter().map(|&f| decision.coping[f as usize]).collect();
-    found.sort_by_key(|face| face.triangles.first().copied());
+    let list = list(&surface, &faces, &measures, &decision, doubts);
     let (mut thin, mut whole) = (0.0, 0.0);
     for (sample, probe) in samples.iter().zip(&probes) {
         whole += sample.weight;
@@ -143,11 +137,54 @@ pub fn detect(mesh: &TriMesh, options: &Options) -> Detection {
             thin += sample.weight;
         }
     }
+    let flag = |&face: &u32| decision.coping[face as usize];
     Detection {
-        flags,
-        faces: found,
+        flags: faces.of.iter().map(flag).collect(),
+        faces: list,
         thin_share: if whole > 0.0 { thin / whole } else { 0.0 },
         samples: samples.len(),
         odd_edges: surface.odd_edges,
+        open: surface.open,
     }
+}
+
+/// The faces as the user gets them, numbered in order of their lowest triangle.
+fn list(
+    surface: &Surface,
+    faces: &Faces,
+    measures: &Measures,
+    decision: &Decision,
+    doubts: Vec<Doubt>,
+) -> Vec<DetectedFace> {
+    let mut list: Vec<DetectedFace> = doubts
+        .into_iter()
+        .enumerate()
+        .map(|(face, doubt)| DetectedFace {
+            number: 0,
+            triangles: Vec::new(),
+            coping: decision.coping[face],
+            score: measures.score[face],
+            by_neighbours: decision.closure[face],
+            doubt: doubt.amount,
+            reasons: doubt.reasons,
+            kind: faces.kinds[face],
+            area: measures.area[face],
+            thickness: measures.thickness[face],
+            bounds: Bounds::EMPTY,
+            middle: DVec3::ZERO,
+        })
+        .collect();
+    for (triangle, &face) in faces.of.iter().enumerate() {
+        let face = &mut list[face as usize];
+        face.triangles.push(triangle as u32);
+        for corner in surface.corners[triangle] {
+            face.bounds = face.bounds.with(corner);
+        }
+    }
+    list.sort_by_key(|face| face.triangles.first().copied());
+    for (number, face) in list.iter_mut().enumerate() {
+        face.number = number;
+        face.middle = surface.middle_of(&face.triangles, face.bounds.center());
+    }
+    list
 }

@@ -190,7 +190,12 @@ impl Seen<'_> {
                 0.0
             }
         });
-        [walls, chained[0], chained[1], if upright { 1.0 } else { 0.0 }]
+        [
+            walls,
+            chained[0],
+            chained[1],
+            if upright { 1.0 } else { 0.0 },
+        ]
     }
 
     fn corners(&self) -> Vec<Vec<u32>> {

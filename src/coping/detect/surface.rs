@@ -50,6 +50,8 @@ pub(super) struct Surface {
     pub edges: Vec<Edge>,
     /// Edges of any other number of triangles than two.
     pub odd_edges: usize,
+    /// Whether some edge is not run equally often both ways.
+    pub open: bool,
     pub diagonal: f64,
     field: Field,
 }
@@ -60,7 +62,10 @@ impl Surface {
         let field = Field::of_mesh(&welded);
         let faces = welded.faces();
         let corners: Vec<[DVec3; 3]> = faces.map(|face| welded.corners(face)).collect();
-        let vectors: Vec<DVec3> = welded.faces().map(|face| welded.area_vector(face)).collect();
+        let vectors: Vec<DVec3> = welded
+            .faces()
+            .map(|face| welded.area_vector(face))
+            .collect();
         // A closed part turned inside out is read the right way round.
         let turn = if welded.volume() < 0.0 { -1.0 } else { 1.0 };
         let longest: Vec<f64> = corners.iter().map(longest_side).collect();
@@ -78,6 +83,7 @@ impl Surface {
             corners,
             edges: Vec::new(),
             odd_edges: 0,
+            open: false,
             diagonal: welded.bounds().diagonal(),
             field,
         };
@@ -92,7 +98,9 @@ impl Surface {
     }
 
     fn join(&mut self, mesh: &TriMesh) {
-        for uses in mesh.edges().by_edge() {
+        let uses = mesh.edges();
+        self.open = !uses.census().is_closed();
+        for uses in uses.by_edge() {
             let [first, second] = uses else {
                 self.odd_edges += 1;
                 continue;
@@ -113,10 +121,7 @@ impl Surface {
             let known = open.clone();
             for edge in &self.edges {
                 for (face, other) in edge.ways() {
-                    if open[face]
-                        && !known[other]
-                        && edge.length >= longest[face] * (1.0 - 1e-9)
-                    {
+                    if open[face] && !known[other] && edge.length >= longest[face] * (1.0 - 1e-9) {
                         self.normals[face] = self.normals[other];
                         open[face] = false;
                     }
@@ -136,6 +141,15 @@ impl Surface {
             let rise = way.dot(na) - way.dot(nb);
             edge.bend = if rise <= 0.0 { angle } else { -angle };
         }
+    }
+
+    /// The centre of the triangle whose centre is nearest to a point.
+    pub fn middle_of(&self, triangles: &[u32], target: DVec3) -> DVec3 {
+        let centre = |&t: &u32| self.corners[t as usize].iter().sum::<DVec3>() / 3.0;
+        let off = |p: &DVec3| p.distance_squared(target);
+        let centres = triangles.iter().map(centre);
+        let nearest = centres.min_by(|a, b| off(a).total_cmp(&off(b)));
+        nearest.unwrap_or(target)
     }
 
     /// Way along a direction of unit length to the first triangle, and which;
