@@ -5,6 +5,7 @@ mod cli_input;
 mod common;
 mod end_to_end;
 mod exactness;
+mod far;
 mod invariance;
 mod offset;
 mod parts;

@@ -9,7 +9,7 @@ use petgraph::graph::{DiGraph, NodeIndex};
 use petgraph::visit::EdgeRef;
 
 use super::faces::{Faces, Kind};
-use super::probes::Probe;
+use super::probes::{Across, Probe};
 use super::samples::Sample;
 use super::surface::Surface;
 use crate::mesh::sets::Sets;
@@ -24,8 +24,15 @@ const EVIDENCE: f64 = 4.0;
 /// Area of a piece, in squared thicknesses.
 const AREA: f64 = 3.0;
 
+/// What a strip between the sides of a wall says.
+const STRIP: f64 = 0.5;
+
 /// Mean evidence of a piece.
-const PURE: f64 = 0.4;
+const CLEAR: f64 = 0.3;
+
+/// Share of a rim that speaks for it: triangles that are themselves rim in one place
+/// and wall in another cannot be tagged either way, and stay what the face is.
+const PURE: f64 = 0.85;
 
 /// Doubt about a face only because it was cut out of another.
 pub(super) const DOUBT: f64 = 0.5;
@@ -42,14 +49,15 @@ pub(super) fn cut(
     faces: &mut Faces,
 ) -> usize {
     let before = faces.len();
-    let mut evidence = vec![0.0; surface.len()];
+    let mut told = vec![Told::default(); surface.len()];
     let mut sums = vec![Sum::default(); before];
     for (sample, probe) in samples.iter().zip(probes) {
-        let told = sample.weight * strong(probe);
-        evidence[sample.face as usize] += told;
+        let own = strong(probe);
+        told[sample.face as usize].add(own, sample.weight);
+        let own = sample.weight * own;
         let sum = &mut sums[faces.of(sample.face)];
-        sum.coping += told.max(0.0);
-        sum.wall += (-told).max(0.0);
+        sum.coping += own.max(0.0);
+        sum.wall += (-own).max(0.0);
         sum.log += sample.weight * probe.thickness.ln();
         sum.weight += sample.weight;
     }
@@ -78,7 +86,7 @@ pub(super) fn cut(
             surface,
             triangles: &members[face],
             edges: &inner[face],
-            evidence: &evidence,
+            told: &told,
             thickness: sums[face].thickness(),
         };
         for part in piece.cut() {
@@ -92,9 +100,14 @@ pub(super) fn cut(
     faces.len() - before
 }
 
-/// What a sample says when a cut is asked for: weak signs of a rim say nothing.
+/// What a sample says when a cut is asked for. Weak signs of a rim say nothing;
+/// a strip that still runs between the two sides of a wall speaks for a rim,
+/// though the wall behind it be shallow, as where a rib runs out into a plate.
 fn strong(probe: &Probe) -> f64 {
-    if probe.score > 0.0 {
+    let strip = probe.across.as_ref().map_or(0.0, Across::strip);
+    if probe.score <= 0.0 && strip > 0.0 {
+        STRIP * strip
+    } else if probe.score > 0.0 {
         probe.score * ((probe.ratio - STRONG[0]) / STRONG[1]).clamp(0.0, 1.0)
     } else {
         probe.score
@@ -119,7 +132,7 @@ struct Piece<'a> {
     surface: &'a Surface,
     triangles: &'a [u32],
     edges: &'a [usize],
-    evidence: &'a [f64],
+    told: &'a [Told],
     thickness: f64,
 }
 
@@ -142,17 +155,12 @@ impl Piece<'_> {
             let triangle = self.triangles[at];
             part.triangles.push(triangle);
             part.area += self.surface.areas[triangle as usize];
-            part.evidence += self.evidence[triangle as usize];
+            part.told.join(self.told[triangle as usize]);
             part.coping = sides[at];
         }
         let least = AREA * self.thickness * self.thickness;
         parts.retain(|part| {
-            let told = if part.coping {
-                part.evidence
-            } else {
-                -part.evidence
-            };
-            part.area > least && told > PURE * part.area
+            part.area > least && part.is_clear()
         });
         let Some(largest) = parts
             .iter()
@@ -169,7 +177,7 @@ impl Piece<'_> {
     /// Which triangles a cheapest cut leaves on the side of coping.
     fn sides(&self) -> Vec<bool> {
         let place = |t: u32| self.triangles.partition_point(|&other| other < t);
-        let told = |&t: &u32| self.evidence[t as usize];
+        let told = |&t: &u32| self.told[t as usize].evidence;
         let cost = |edge: usize| self.surface.edges[edge].length * self.thickness;
         let whole: f64 = self.triangles.iter().map(|t| told(t).abs()).sum::<f64>()
             + self.edges.iter().map(|&edge| cost(edge)).sum::<f64>();
@@ -222,6 +230,47 @@ impl Piece<'_> {
 struct Part {
     triangles: Vec<u32>,
     area: f64,
-    evidence: f64,
+    told: Told,
     coping: bool,
+}
+
+impl Part {
+    fn is_clear(&self) -> bool {
+        let Told {
+            evidence,
+            rim,
+            weight,
+        } = self.told;
+        if self.coping {
+            evidence > CLEAR * self.area && rim >= PURE * weight
+        } else {
+            -evidence > CLEAR * self.area
+        }
+    }
+}
+
+/// What samples say, summed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Told {
+    /// Positive for coping.
+    evidence: f64,
+    /// Weight of the samples that see a rim.
+    rim: f64,
+    weight: f64,
+}
+
+impl Told {
+    fn add(&mut self, evidence: f64, weight: f64) {
+        self.evidence += weight * evidence;
+        self.weight += weight;
+        if evidence > 0.0 {
+            self.rim += weight;
+        }
+    }
+
+    fn join(&mut self, other: Told) {
+        self.evidence += other.evidence;
+        self.rim += other.rim;
+        self.weight += other.weight;
+    }
 }

@@ -36,6 +36,12 @@ const SECOND_THOUGHTS: usize = 5;
 /// Share of its border along which a convex round runs smoothly into walls.
 const RUNS_IN: f64 = 0.25;
 
+/// Thicknesses of the part's thin walls from which a squarish wall is solid.
+const SOLID: f64 = 3.0;
+
+/// Log2 of depth over chord up to which a wall is squarish.
+const SQUARISH: f64 = 0.8;
+
 /// What was decided, one entry a face.
 #[derive(Clone, Debug)]
 pub(super) struct Decision {
@@ -47,11 +53,14 @@ pub(super) struct Decision {
     pub closure: Vec<f64>,
 }
 
+/// Decides on every face; `thin_wall` is the thickness of the part's thin walls,
+/// if it has any.
 pub(super) fn decide(
     surface: &Surface,
     faces: &Faces,
     measures: &Measures,
     relations: &Relations,
+    thin_wall: Option<f64>,
 ) -> Decision {
     let score = |face: usize| match faces.kinds[face] {
         Kind::Round => ROUND_TRUST * measures.score[face],
@@ -66,6 +75,7 @@ pub(super) fn decide(
     judge.surest_first();
     judge.think_again();
     judge.drop_running_rounds(surface, faces);
+    judge.drop_solids(thin_wall);
     let area = |face: usize| measures.area[face].max(f64::MIN_POSITIVE);
     let all = 0..faces.len();
     Decision {
@@ -197,6 +207,18 @@ impl Judge<'_> {
         }
         for face in 0..faces.len() {
             if faces.kinds[face] == Kind::Round && into_walls[face] > RUNS_IN * border[face] {
+                self.labels[face] = Label::Wall;
+            }
+        }
+    }
+
+    /// What is much thicker than the part's thin walls, and hardly wider than
+    /// thick, is the solid that they stand on.
+    fn drop_solids(&mut self, thin_wall: Option<f64>) {
+        let Some(thin) = thin_wall else { return };
+        for face in 0..self.labels.len() {
+            let thick = self.measures.thickness[face] > SOLID * thin;
+            if self.labels[face] == Label::Coping && thick && self.measures.ratio[face] < SQUARISH {
                 self.labels[face] = Label::Wall;
             }
         }

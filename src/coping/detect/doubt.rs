@@ -87,7 +87,6 @@ struct Shares {
     rim: Vec<f64>,
     wall: Vec<f64>,
     ended: Vec<f64>,
-    ratio: Vec<f64>,
     post: Vec<f64>,
     stub: Vec<f64>,
     rim_like: Vec<f64>,
@@ -137,7 +136,6 @@ impl Seen<'_> {
             rim: mean(&|p| flag(p.score > 0.3)),
             wall: mean(&|p| flag(p.score < -0.3)),
             ended: mean(&|p| flag(p.closed || p.across.is_some())),
-            ratio: mean(&|p| p.ratio),
             post: mean(&|p| 1.0 - p.plate),
             stub: mean(&|p| flag(p.score > 0.0 && !p.goes_on)),
             rim_like: mean(&|p| flag(p.ratio > 0.3 && p.closed)),
@@ -174,7 +172,7 @@ impl Seen<'_> {
                 let amount = 0.4 + 0.5 * (-score).clamp(0.0, 1.0);
                 graded.push((amount, Reason::ByNeighbours));
             }
-            let squarish = ((1.2 - shares.ratio[face]) / 1.2).clamp(0.0, 1.0);
+            let squarish = ((1.2 - self.measures.ratio[face]) / 1.2).clamp(0.0, 1.0);
             graded.push((squarish, Reason::Squarish));
             graded.push((shares.post[face], Reason::Post));
             let stub = (1.5 * shares.stub[face] - 0.5).clamp(0.0, 1.0);

@@ -13,6 +13,8 @@ pub(super) struct Measures {
     pub weight: Vec<f64>,
     /// Mean score, -1 for a wall to 1 for a coping.
     pub score: Vec<f64>,
+    /// Mean log2 of depth over chord.
+    pub ratio: Vec<f64>,
     /// Geometric mean of the wall thickness.
     pub thickness: Vec<f64>,
 }
@@ -46,10 +48,36 @@ impl Measures {
         Measures {
             area,
             score: mean(|probe| probe.score),
+            ratio: mean(|probe| probe.ratio),
             thickness: (0..count).map(|face| log(face).exp()).collect(),
             weight,
         }
     }
+}
+
+/// A wall is thin where it is this many times as wide as thick.
+const THIN: f64 = 3.0;
+
+/// Whether a point lies on the side of a thin wall.
+pub(super) fn is_thin(probe: &Probe) -> bool {
+    probe.ratio < -THIN.log2()
+}
+
+/// Median thickness of the thin walls, by area; none without any.
+pub(super) fn thin_wall(samples: &[Sample], probes: &[Probe]) -> Option<f64> {
+    let pairs = samples.iter().zip(probes);
+    let mut thin: Vec<(f64, f64)> = pairs
+        .filter(|(_, probe)| is_thin(probe))
+        .map(|(sample, probe)| (probe.thickness, sample.weight))
+        .collect();
+    thin.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * thin.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut sum = 0.0;
+    let reached = thin.iter().find(|(_, weight)| {
+        sum += weight;
+        sum >= half
+    });
+    reached.map(|(thickness, _)| *thickness)
 }
 
 /// Weighted mean over each face; zero without samples.

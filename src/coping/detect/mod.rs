@@ -101,9 +101,6 @@ pub struct Detection {
     pub open: bool,
 }
 
-/// A wall is thin where it is this many times as wide as thick.
-const THIN: f64 = 3.0;
-
 /// Finds the coping faces of a part, given as its closed mesh alone.
 ///
 /// Deterministic: the same mesh gives the same result, bit for bit, on any
@@ -117,7 +114,8 @@ pub fn detect(mesh: &TriMesh, options: &Options) -> Detection {
     let added = cut::cut(&surface, &samples, &probes, &mut faces);
     let measures = Measures::of(&surface, &samples, &probes, &faces);
     let relations = relations::Relations::find(&surface, &samples, &probes, &faces, &measures);
-    let decision = decide::decide(&surface, &faces, &measures, &relations);
+    let thin_wall = measures::thin_wall(&samples, &probes);
+    let decision = decide::decide(&surface, &faces, &measures, &relations, thin_wall);
     let seen = doubt::Seen {
         surface: &surface,
         samples: &samples,
@@ -133,7 +131,7 @@ pub fn detect(mesh: &TriMesh, options: &Options) -> Detection {
     let (mut thin, mut whole) = (0.0, 0.0);
     for (sample, probe) in samples.iter().zip(&probes) {
         whole += sample.weight;
-        if decision.coping[faces.of(sample.face)] || probe.ratio < -THIN.log2() {
+        if decision.coping[faces.of(sample.face)] || measures::is_thin(probe) {
             thin += sample.weight;
         }
     }

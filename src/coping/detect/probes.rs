@@ -52,6 +52,17 @@ const FIT: f64 = 0.7;
 /// plate from the sum of both.
 const POST: [f64; 2] = [0.3, 0.7];
 
+/// Cosine of the greatest angle between a chord and the normal of the wall
+/// that it ends on.
+pub(super) const LEAN: f64 = 0.5;
+
+/// Cosine between the sides of a wall that look away from each other.
+const OPPOSED: f64 = -0.8;
+
+/// Log2 of length over thickness of the wall behind a face from which it
+/// counts as one, and from which it counts in full.
+const FAR: [f64; 2] = [-1.5, -0.5];
+
 /// Thicknesses behind a face at which its wall should still stand.
 const STANDS: f64 = 0.8;
 
@@ -92,6 +103,32 @@ pub(super) struct Across {
     /// Along the chord, unit length.
     pub direction: DVec3,
     pub ends: [Side; 2],
+    /// The ends look away from each other.
+    pub opposed: bool,
+}
+
+/// How far a wall of a thickness goes on: 0 for a stub to 1.
+pub(super) fn far(along: f64, thickness: f64) -> f64 {
+    let longer = (along / thickness.max(f64::MIN_POSITIVE)).log2();
+    ((longer - FAR[0]) / (FAR[1] - FAR[0])).clamp(0.0, 1.0)
+}
+
+impl Across {
+    /// How much speaks for a strip between the two sides of a wall that goes on
+    /// behind it, 0 to 1.
+    pub fn strip(&self) -> f64 {
+        let [a, b] = &self.ends;
+        if self.opposed && self.is_upright() {
+            far(a.along.min(b.along), a.thickness.max(b.thickness))
+        } else {
+            0.0
+        }
+    }
+
+    /// The chord stands upright on what it ends on.
+    pub fn is_upright(&self) -> bool {
+        self.ends.iter().all(|end| end.lean >= LEAN)
+    }
 }
 
 /// What the chord of a narrow face ends on.
@@ -185,12 +222,11 @@ impl Looker<'_> {
             );
             probe.plate = (((third / width).log2() - POST[0]) / POST[1]).clamp(0.0, 1.0);
             let fits = self.surface.nearest(inner, self.sample.face).0 > FIT * half;
-            probe.score *= if closed && fits { probe.plate } else { 0.0 };
             let behind = middle - (STANDS * width).min(0.5 * depth) * n;
-            probe.goes_on = self
-                .surface
-                .chord(behind, chord.direction, 2.0 * width)
-                .is_finite();
+            let chord = self.surface.chord(behind, chord.direction, 2.0 * width);
+            probe.goes_on = chord.is_finite();
+            let rim = closed && fits && probe.goes_on;
+            probe.score *= if rim { probe.plate } else { 0.0 };
         }
         if ratio > NARROW_FROM {
             probe.across = self.across(probe.thickness);
@@ -289,10 +325,12 @@ impl Looker<'_> {
         }
         let width = chord.width();
         let side = |face: u32| self.side(under, &chord, face);
+        let [a, b] = chord.faces.map(|face| self.surface.normals[face as usize]);
         Some(Across {
             width,
             direction: chord.direction,
             ends: chord.faces.map(side),
+            opposed: a.dot(b) < OPPOSED,
         })
     }
 

@@ -10,20 +10,13 @@ use glam::{DMat3, DVec3};
 
 use super::faces::{CREASE, Faces, SMOOTH};
 use super::measures::Measures;
-use super::probes::{Across, Probe, Side};
+use super::probes::{Across, LEAN, Probe, far};
 use super::samples::Sample;
 use super::surface::Surface;
 
 /// Pull of a smooth neighbour, in edge length times thickness, where the
 /// surface does not bend at all.
 const ATTRACT: f64 = 0.5;
-
-/// Cosine of the greatest angle between a chord and the normal of the wall
-/// that it ends on.
-const LEAN: f64 = 0.5;
-
-/// Cosine between the sides of a wall that look away from each other.
-const OPPOSED: f64 = -0.8;
 
 /// Widths, in thicknesses of the wall, up to which a face between a wall and a
 /// coping is taken for a chamfer or a step.
@@ -34,6 +27,13 @@ const SPAN: [f64; 2] = [0.5, 2.5];
 
 /// Cosine between such an edge and the face's chords.
 const SPAN_ALONG: f64 = 0.6;
+
+/// Two faces, each the end of the other's wall, whose scores differ by less,
+/// are those of a bar as wide as thick: neither closes the other.
+const TIE: f64 = 0.3;
+
+/// Share of a face for which another one is at the end of its chords.
+const SEES: f64 = 0.25;
 
 /// For which share of a face two others are at the ends of its chords.
 #[derive(Clone, Copy, Debug)]
@@ -74,9 +74,11 @@ impl Relations {
             faces,
             measures,
         };
+        let mut between = seen.between();
+        seen.drop_ties(&mut between);
         let mut relations = Relations {
             smooth: seen.smooth(),
-            between: seen.between(),
+            between,
             corner: seen.corners(),
             asked_by: vec![Vec::new(); faces.len()],
         };
@@ -126,25 +128,25 @@ impl Seen<'_> {
     }
 
     /// Samples that see their face from side to side, with their face's share.
-    fn narrow(&self) -> impl Iterator<Item = (usize, f64, &Across)> {
+    fn narrow(&self) -> impl Iterator<Item = (usize, f64, &Across, f64)> {
         self.samples
             .iter()
             .zip(self.probes)
             .filter_map(|(sample, probe)| {
                 let face = self.faces.of(sample.face);
                 let share = sample.weight / self.measures.weight[face];
-                probe.across.as_ref().map(|across| (face, share, across))
+                probe.across.as_ref().map(|across| (face, share, across, probe.plate))
             })
     }
 
     fn between(&self) -> Vec<Vec<Between>> {
         let mut rows: BTreeMap<(usize, [u32; 2]), [f64; 4]> = BTreeMap::new();
-        for (face, share, across) in self.narrow() {
+        for (face, share, across, plate) in self.narrow() {
             let ends = across.ends.map(|end| self.faces.of[end.face as usize]);
             if ends.contains(&(face as u32)) {
                 continue;
             }
-            let told = self.told(across, ends);
+            let told = self.told(across, plate, ends);
             if told.iter().any(|&t| t > 0.0) {
                 let row = rows.entry((face, ends)).or_default();
                 for (sum, t) in row.iter_mut().zip(told) {
@@ -164,20 +166,39 @@ impl Seen<'_> {
         between
     }
 
+    /// Which side of a square bar came first would be chance.
+    fn drop_ties(&self, between: &mut [Vec<Between>]) {
+        let sees = |face: usize, other: u32| {
+            let rows = between[face].iter();
+            let seen = rows.filter(|row| row.faces.contains(&other));
+            seen.map(|row| row.walls).sum::<f64>() >= SEES
+        };
+        let score = |face: usize| self.measures.score[face];
+        let tied = |face: usize, side: u32| {
+            (score(face) - score(side as usize)).abs() < TIE
+                && sees(face, side)
+                && sees(side as usize, face as u32)
+        };
+        let tied: Vec<Vec<bool>> = (0..between.len())
+            .map(|face| {
+                let rows = between[face].iter();
+                rows.map(|row| row.faces.iter().any(|&side| tied(face, side)))
+                    .collect()
+            })
+            .collect();
+        for (rows, tied) in between.iter_mut().zip(tied) {
+            let mut tied = tied.into_iter();
+            rows.retain(|_| !tied.next().unwrap_or(false));
+        }
+    }
+
     /// How much both ends, the first, the second tell, and whether the chord
     /// stands upright on both.
-    fn told(&self, across: &Across, faces: [u32; 2]) -> [f64; 4] {
-        // From walls a bit more than a third as long as thick to walls 0.7
-        // times as long.
-        let far = |along: f64, thickness: f64| {
-            ((along / thickness.max(f64::MIN_POSITIVE)).log2() + 1.5).clamp(0.0, 1.0)
-        };
+    fn told(&self, across: &Across, plate: f64, faces: [u32; 2]) -> [f64; 4] {
         let [a, b] = &across.ends;
-        let normal = |side: &Side| self.surface.normals[side.face as usize];
-        let upright = a.lean >= LEAN && b.lean >= LEAN;
-        let opposed = normal(a).dot(normal(b)) < OPPOSED;
-        let walls = if upright && opposed && a.stands && b.stands {
-            far(a.along.min(b.along), a.thickness.max(b.thickness))
+        let stands = across.is_upright() && a.stands && b.stands;
+        let walls = if stands && across.opposed {
+            plate * far(a.along.min(b.along), a.thickness.max(b.thickness))
         } else {
             0.0
         };
@@ -194,7 +215,7 @@ impl Seen<'_> {
             walls,
             chained[0],
             chained[1],
-            if upright { 1.0 } else { 0.0 },
+            f64::from(across.is_upright()),
         ]
     }
 
@@ -203,7 +224,7 @@ impl Seen<'_> {
         let mut weights = vec![0.0; count];
         let mut logs = vec![0.0; count];
         let mut spans = vec![DMat3::ZERO; count];
-        for (face, share, across) in self.narrow() {
+        for (face, share, across, _) in self.narrow() {
             weights[face] += share;
             logs[face] += share * across.width.ln();
             let d = across.direction;
