@@ -73,7 +73,7 @@ fn extraction_closes() {
             let bounds = part(&moved(&mesh, to), None).bounds().grown(1e-3);
             for vertex in far.surface.vertices() {
                 assert!(bounds.contains(vertex.position));
-                assert!(vertex.footpoints.iter().all(|&f| bounds.contains(f)));
+                assert!(vertex.ball.footpoints.iter().all(|&f| bounds.contains(f)));
             }
         }
     }
