@@ -159,9 +159,7 @@ impl Piece<'_> {
             part.coping = sides[at];
         }
         let least = AREA * self.thickness * self.thickness;
-        parts.retain(|part| {
-            part.area > least && part.is_clear()
-        });
+        parts.retain(|part| part.area > least && part.is_clear());
         let Some(largest) = parts
             .iter()
             .enumerate()

@@ -40,7 +40,7 @@ const RUNS_IN: f64 = 0.25;
 const SOLID: f64 = 3.0;
 
 /// Log2 of depth over chord up to which a wall is squarish.
-const SQUARISH: f64 = 0.8;
+const SQUARISH: f64 = 1.3;
 
 /// What was decided, one entry a face.
 #[derive(Clone, Debug)]

@@ -106,6 +106,9 @@ pub struct Detection {
 /// Deterministic: the same mesh gives the same result, bit for bit, on any
 /// number of threads.
 pub fn detect(mesh: &TriMesh, options: &Options) -> Detection {
+    if !mesh.bounds().size().is_finite() || !mesh.positions.iter().all(|p| p.is_finite()) {
+        return Detection::none(mesh);
+    }
     let surface = Surface::new(mesh);
     let samples = samples::spread(&surface, options.samples);
     let probes = probes::look(&surface, &samples);
@@ -143,6 +146,20 @@ pub fn detect(mesh: &TriMesh, options: &Options) -> Detection {
         samples: samples.len(),
         odd_edges: surface.odd_edges,
         open: surface.open,
+    }
+}
+
+impl Detection {
+    /// Nothing found, where there is nothing to look at.
+    fn none(mesh: &TriMesh) -> Detection {
+        Detection {
+            flags: vec![false; mesh.triangles.len()],
+            faces: Vec::new(),
+            thin_share: 0.0,
+            samples: 0,
+            odd_edges: 0,
+            open: false,
+        }
     }
 }
 

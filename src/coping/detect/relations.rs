@@ -135,7 +135,10 @@ impl Seen<'_> {
             .filter_map(|(sample, probe)| {
                 let face = self.faces.of(sample.face);
                 let share = sample.weight / self.measures.weight[face];
-                probe.across.as_ref().map(|across| (face, share, across, probe.plate))
+                probe
+                    .across
+                    .as_ref()
+                    .map(|across| (face, share, across, probe.plate))
             })
     }
 
@@ -192,8 +195,8 @@ impl Seen<'_> {
         }
     }
 
-    /// How much both ends, the first, the second tell, and whether the chord
-    /// stands upright on both.
+    /// How much both ends, the first, the second tell, and whether a wall stands
+    /// upright behind both.
     fn told(&self, across: &Across, plate: f64, faces: [u32; 2]) -> [f64; 4] {
         let [a, b] = &across.ends;
         let stands = across.is_upright() && a.stands && b.stands;
@@ -211,12 +214,7 @@ impl Seen<'_> {
                 0.0
             }
         });
-        [
-            walls,
-            chained[0],
-            chained[1],
-            f64::from(across.is_upright()),
-        ]
+        [walls, chained[0], chained[1], f64::from(stands)]
     }
 
     fn corners(&self) -> Vec<Vec<u32>> {

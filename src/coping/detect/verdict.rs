@@ -49,7 +49,7 @@ impl Detection {
     /// What the part is as a whole.
     pub fn verdict(&self) -> Verdict {
         let tagged = self.flags.iter().any(|&flag| flag);
-        if self.odd_edges > 0 && self.open {
+        if self.open {
             Verdict::Open
         } else if self.thin_share < SOME_THIN_WALL {
             Verdict::NoThinWall
