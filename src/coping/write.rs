@@ -194,7 +194,7 @@ impl Question {
 /// A number to four digits, for reading.
 fn short(value: f64) -> String {
     match format!("{value:.3e}").parse::<f64>() {
-        Ok(rounded) if rounded == 0.0 => "0".to_owned(),
+        Ok(0.0) => "0".to_owned(),
         Ok(rounded) if (1e-3..1e9).contains(&rounded.abs()) => format!("{rounded}"),
         _ => format!("{value:.3e}"),
     }

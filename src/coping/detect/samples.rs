@@ -46,11 +46,10 @@ pub(super) fn spread(surface: &Surface, total: usize) -> Vec<Sample> {
     let mut carried = vec![0.5 - 1e-9; count];
     let mut samples = Vec::new();
     let mut weights = vec![0.0; count];
-    for face in 0..surface.len() {
+    for (face, &group) in of.iter().enumerate() {
         if surface.slivers[face] || surface.areas[face] <= 0.0 {
             continue;
         }
-        let group = of[face];
         carried[group] += surface.areas[face] * wanted[group] / areas[group];
         let whole = carried[group].floor();
         carried[group] -= whole;
