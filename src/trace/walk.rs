@@ -1,6 +1,9 @@
 //! The walk over the lattice: solves edges, faces and tetrahedra wherever the
 //! mid-surface leads, wave by wave, each once under its key.
 
+#[cfg(test)]
+mod tests;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
