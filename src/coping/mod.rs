@@ -20,7 +20,8 @@ pub use identity::geometry_checksum;
 
 use crate::io::{LoadedMesh, decode};
 use crate::mesh::{Bounds, FaceId, TriMesh};
-use rule::{Located, OnEmpty, TagFile};
+use error::Located;
+use rule::{OnEmpty, TagFile};
 use select::Selector;
 
 /// What a tag file selects on a mesh.

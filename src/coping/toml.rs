@@ -6,9 +6,9 @@ use serde::Deserialize;
 use toml::{Spanned, Value};
 
 use super::error::TagProblem;
+use super::error::{Located, Span};
 use super::rule::{
-    BoxMode, Condition, FacetRange, Located, MeshCheck, NameKind, OnEmpty, Rule, Span, TagFile,
-    facet_range,
+    BoxMode, Condition, FacetRange, MeshCheck, NameKind, OnEmpty, Rule, TagFile, facet_range,
 };
 
 /// Value of `format` in every tag file.
