@@ -4,7 +4,7 @@ use std::path::Path;
 
 use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
-use super::rule::Span;
+use super::error::Span;
 use crate::io::quote::{fitted, shown_path};
 
 /// Most bytes of each of the three pieces of a line: before the place, the
