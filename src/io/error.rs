@@ -25,7 +25,7 @@ impl Place {
     pub fn within(self, file: &Path) -> String {
         let file = shown_path(file);
         match self {
-            Place::Whole => format!("{file}"),
+            Place::Whole => file,
             Place::Line(line) => format!("{file}, line {line}"),
             Place::Byte(byte) => format!("{file}, byte {byte}"),
         }
