@@ -16,7 +16,9 @@ use midsurf::io::write::abandon;
 use miette::MietteHandlerOpts;
 use shared::memory::Bytes;
 
-use commands::{extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags, thicken};
+use commands::{
+    completions, extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags, thicken,
+};
 
 /// Exit code after SIGINT or SIGTERM, or Ctrl-C.
 const INTERRUPTED: i32 = 130;
@@ -60,6 +62,8 @@ enum Command {
     Thicken(thicken::Args),
     Rethicken(rethicken::Args),
     Roundtrip(roundtrip::Args),
+    Completions(completions::Args),
+    Man(completions::ManArgs),
 }
 
 /// Parses the command line, runs the command, reports what went wrong.
@@ -95,6 +99,8 @@ pub fn run() -> ExitCode {
         Command::Thicken(args) => thicken::run(args),
         Command::Rethicken(args) => rethicken::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
+        Command::Completions(args) => completions::run(&args, Cli::command()),
+        Command::Man(args) => completions::man(&args, Cli::command()),
     };
     match outcome {
         Ok(code) => code,
