@@ -13,3 +13,5 @@ pub(crate) mod subdivide;
 pub(crate) mod tags;
 pub(crate) mod thicken;
 mod thickness;
+#[cfg(feature = "view")]
+pub(crate) mod view;

@@ -1,0 +1,236 @@
+//! What the page shows, as packs: the part with its tags, and the mid-surface.
+
+use glam::DVec3;
+use serde_json::{Value, json};
+
+use super::pack::Pack;
+use crate::extract::Extraction;
+use crate::mesh::{TriMesh, weld_exact};
+use crate::surface::graph::Crack;
+use crate::surface::{BorderKind, MidSurface, VertexKind, segments};
+
+/// Stands in `neighbours` for an edge without another triangle.
+const NONE: u32 = u32::MAX;
+
+/// Kinds of line, as the page colours them.
+const SEAM: u8 = 0;
+const COPING_BORDER: u8 = 1;
+const FADING_BORDER: u8 = 2;
+const CRACK: u8 = 3;
+
+/// Cracks that are listed with their place; all are drawn.
+const CRACKS_LISTED: usize = 1000;
+
+/// Origin of the page's coordinates, which have single precision: the middle of
+/// the part.
+pub(super) fn origin(mesh: &TriMesh) -> DVec3 {
+    let bounds = mesh.bounds();
+    0.5 * (bounds.min + bounds.max)
+}
+
+fn relative(points: impl Iterator<Item = DVec3>, origin: DVec3) -> impl Iterator<Item = f32> {
+    points.flat_map(move |p| (p - origin).as_vec3().to_array())
+}
+
+/// The part: `positions` (x, y, z from the origin), `triangles` (three corners),
+/// `coping` (1 for coping). With what tagging needs, `neighbours` (the triangle
+/// across each of three edges) and `facets` (where a facet of the file has
+/// several triangles), if `tagging`.
+pub(super) fn part(mesh: &TriMesh, coping: &[bool], source: &[u32], tagging: bool) -> Pack {
+    let origin = origin(mesh);
+    let bounds = mesh.bounds();
+    let mut pack = Pack::default();
+    pack.fact("origin", json!(origin));
+    pack.fact("size", json!(bounds.max - bounds.min));
+    pack.fact("diagonal", bounds.diagonal());
+    pack.fact("area", mesh.area());
+    pack.fact("volume", mesh.volume());
+    pack.f32(
+        "positions",
+        relative(mesh.positions.iter().copied(), origin),
+    );
+    pack.u32("triangles", mesh.triangles.iter().flatten().copied());
+    pack.u8("coping", coping.iter().map(|&flag| u8::from(flag)));
+    if tagging {
+        pack.u32("neighbours", neighbours(mesh));
+        let split = source.iter().enumerate().any(|(n, &f)| n as u32 != f);
+        if split {
+            pack.u32("facets", source.iter().copied());
+        }
+    }
+    pack
+}
+
+/// The triangle across each edge of each triangle; equal vertices count as one.
+/// Where several meet at an edge, each leads to the next.
+fn neighbours(mesh: &TriMesh) -> Vec<u32> {
+    let welded = weld_exact(&mesh.positions).apply(mesh);
+    let mut across = vec![NONE; 3 * mesh.triangles.len()];
+    for uses in welded.edges().by_edge() {
+        for (n, one) in uses.iter().enumerate() {
+            let next = &uses[(n + 1) % uses.len()];
+            let corners = welded.triangles[one.face.index()];
+            let side = (0..3).find(|&k| {
+                let [a, b] = [corners[k], corners[(k + 1) % 3]];
+                [a.min(b), a.max(b)] == one.edge
+            });
+            if let Some(side) = side.filter(|_| next.face != one.face) {
+                across[3 * one.face.index() + side] = next.face.0;
+            }
+        }
+    }
+    across
+}
+
+/// The mid-surface, in the part's coordinates: `positions`, `triangles`,
+/// `thickness` (one a vertex), `feet` (two footpoints a vertex; the vertex itself
+/// where none is known), `sheets` (one a triangle), `lines` (vertex pairs) with
+/// `kinds`.
+pub(super) fn surface(surface: &MidSurface, origin: DVec3) -> Pack {
+    let mut pack = Pack::default();
+    let vertices = || surface.vertices.iter();
+    pack.f32(
+        "positions",
+        relative(vertices().map(|v| v.position), origin),
+    );
+    pack.f32("thickness", vertices().map(|v| v.thickness as f32));
+    let feet = vertices().flat_map(|v| [0, 1].map(|k| *v.footpoints.get(k).unwrap_or(&v.position)));
+    pack.f32("feet", relative(feet, origin));
+    let triangles = || surface.triangles.iter();
+    pack.u32("triangles", triangles().flat_map(|t| t.corners));
+    pack.u32("sheets", triangles().map(|t| t.sheet));
+    let lines = lines(surface);
+    pack.u32("lines", lines.iter().flat_map(|&(ends, _)| ends));
+    pack.u8("kinds", lines.iter().map(|&(_, kind)| kind));
+    pack.fact("sheet_count", surface.sheet_count);
+    pack.fact("neighbours", json!(sheet_neighbours(surface)));
+    pack.fact("sheets", json!(sheets(surface)));
+    pack
+}
+
+/// A fresh extraction: [`surface`], and what is to be said of it.
+pub(super) fn extraction(result: &Extraction, origin: DVec3) -> Pack {
+    let mut pack = surface(&result.surface, origin);
+    let counts = result.graph.counts();
+    pack.fact("counts", json!(counts));
+    pack.fact("area", result.graph.area());
+    pack.fact("cell", result.work.cell);
+    pack.fact("cells", result.work.cells);
+    let seconds = result.work.field_seconds + result.work.trace_seconds + result.work.mesh_seconds;
+    pack.fact("seconds", seconds);
+    let listed = result.cracks.iter().take(CRACKS_LISTED);
+    let crack = |crack: &Crack| json!({ "at": crack.at - origin, "length": crack.length });
+    pack.fact("cracks", listed.map(crack).collect::<Vec<Value>>());
+    pack
+}
+
+/// Segments of all lines with their kind. What stands at cracks has no line in
+/// the surface; it is found as edges of one triangle that no border has.
+fn lines(surface: &MidSurface) -> Vec<([u32; 2], u8)> {
+    let mut lines = Vec::new();
+    for seam in &surface.seams {
+        lines.extend(segments(&seam.path, seam.closed).map(|ends| (ends, SEAM)));
+    }
+    for border in &surface.borders {
+        let kind = match border.kind {
+            BorderKind::Coping => COPING_BORDER,
+            BorderKind::Fading => FADING_BORDER,
+        };
+        lines.extend(segments(&border.path, border.closed).map(|ends| (ends, kind)));
+    }
+    let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+    let mut known: Vec<[u32; 2]> = lines.iter().map(|&(ends, _)| sorted(ends)).collect();
+    known.sort_unstable();
+    for uses in surface.mesh().edges().by_edge() {
+        if uses.len() == 1 && known.binary_search(&uses[0].edge).is_err() {
+            lines.push((uses[0].edge, CRACK));
+        }
+    }
+    lines
+}
+
+/// For each sheet the sheets that it meets at seams, so that neighbours get
+/// different colours.
+fn sheet_neighbours(surface: &MidSurface) -> Vec<Vec<u32>> {
+    let mut all = vec![Vec::new(); surface.sheet_count as usize];
+    for seam in &surface.seams {
+        for &a in &seam.sheets {
+            all[a as usize].extend(seam.sheets.iter().filter(|&&b| b != a));
+        }
+    }
+    for list in &mut all {
+        list.sort_unstable();
+        list.dedup();
+    }
+    all
+}
+
+/// For each sheet its area, its thinnest and thickest place off the seams, and
+/// its largest triangle, to fly to.
+fn sheets(surface: &MidSurface) -> Vec<Value> {
+    #[derive(Clone, Copy)]
+    struct Sheet {
+        area: f64,
+        thin: f64,
+        thick: f64,
+        largest: (f64, u32),
+    }
+    let empty = Sheet {
+        area: 0.0,
+        thin: f64::INFINITY,
+        thick: 0.0,
+        largest: (0.0, 0),
+    };
+    let mut all = vec![empty; surface.sheet_count as usize];
+    for (n, triangle) in surface.triangles.iter().enumerate() {
+        let corners = triangle.corners.map(|v| &surface.vertices[v as usize]);
+        let [a, b, c] = corners.map(|v| v.position);
+        let area = 0.5 * (b - a).cross(c - a).length();
+        let sheet = &mut all[triangle.sheet as usize];
+        sheet.area += area;
+        if area > sheet.largest.0 {
+            sheet.largest = (area, n as u32);
+        }
+        for v in corners {
+            if !matches!(v.kind, VertexKind::Seam | VertexKind::Junction) {
+                sheet.thin = sheet.thin.min(v.thickness);
+                sheet.thick = sheet.thick.max(v.thickness);
+            }
+        }
+    }
+    let row = |s: &Sheet| {
+        json!({
+            "area": s.area,
+            "thin": s.thin.is_finite().then_some(s.thin),
+            "thick": s.thin.is_finite().then_some(s.thick),
+            "triangle": s.largest.1,
+        })
+    };
+    all.iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::{NONE, neighbours};
+    use crate::mesh::TriMesh;
+
+    /// Two triangles of a square with their own copies of the shared corners.
+    #[test]
+    fn equal_vertices_make_neighbours() {
+        let at = |x: f64, y: f64| DVec3::new(x, y, 0.0);
+        let mesh = TriMesh {
+            positions: vec![
+                at(0.0, 0.0),
+                at(1.0, 0.0),
+                at(0.0, 1.0),
+                at(1.0, 0.0),
+                at(1.0, 1.0),
+                at(0.0, 1.0),
+            ],
+            triangles: vec![[0, 1, 2], [3, 4, 5]],
+        };
+        assert_eq!(neighbours(&mesh), [NONE, 1, NONE, NONE, NONE, 0]);
+    }
+}
