@@ -234,7 +234,7 @@ def extract_and_look(browser, shot):
     browser.keys("v0f")
     browser.click("[data-do='extract']")
     until(lambda: browser.js("return !!page.mid && !work.running"), "the mid-surface")
-    check(browser.js("return page.mid.facts.sheet_count") == 1, "one sheet")
+    check(browser.js("return page.mid.facts.sheets.length") == 1, "one sheet")
     check(browser.js("return page.mid.facts.cracks.length") == 0, "no cracks")
     browser.pointer((490, 330), press=False)
     until(lambda: "thickness" in browser.js("return document.getElementById('tip').textContent"), "a measure under the pointer")
@@ -302,7 +302,7 @@ def one_file(browser, binary, folder, shot):
     part = FIXTURES / "rib_grid"
     subprocess.run([binary, "extract", f"{part}.obj", "--coping", f"{part}.coping.txt", "-o", page, "--quiet"], check=True)
     browser.open(page.as_uri())
-    check(browser.js("return page.mid.facts.sheet_count") > 1, "one file shows part and mid-surface by itself")
+    check(browser.js("return page.mid.facts.sheets.length") > 1, "one file shows part and mid-surface by itself")
     check(browser.js("return document.getElementById('tag-section').hidden"), "and is for looking only")
     shot("one-file")
     browser.click("#list button")

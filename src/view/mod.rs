@@ -22,7 +22,7 @@ mod tags;
 
 use std::io::{self, Write};
 
-pub use read::read_surface;
+pub use read::{ShowError, read_surface};
 pub use server::Server;
 pub use session::Subject;
 

@@ -1,16 +1,39 @@
 //! A mid-surface from a file, to look at.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use miette::Diagnostic;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
+use thiserror::Error;
 
 use crate::io::write::vertex_code;
 use crate::io::{ReadError, read_mesh};
 use crate::mesh::sets::Sets;
 use crate::surface::{
-    BorderKind, BorderLine, MidSurface, MidTriangle, MidVertex, SeamLine, VertexKind,
+    Ball, Border, BorderKind, MidSurface, MidTriangle, MidVertex, Seam, SurfaceError, SurfaceParts,
+    VertexKind,
 };
+
+/// Why a file cannot be shown as a mid-surface.
+#[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
+pub enum ShowError {
+    /// No mesh.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Mesh(#[from] ReadError),
+    /// A mesh, but its figures make no mid-surface.
+    #[error("{}: {source}", file.display())]
+    #[diagnostic(help("give a file that `midsurf extract` wrote"))]
+    Surface {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        #[source]
+        source: SurfaceError,
+    },
+}
 
 /// Reads a mid-surface as [`crate::io::write`] makes it. Sheets are what hangs
 /// together over edges of two triangles, numbered by their lowest; footpoints are
@@ -19,10 +42,12 @@ use crate::surface::{
 ///
 /// # Errors
 ///
-/// [`ReadError`] names the file, the line or byte, and what to do.
-pub fn read_surface(file: &Path) -> Result<MidSurface, ReadError> {
+/// [`ShowError`] names the file and what to do.
+pub fn read_surface(file: &Path) -> Result<MidSurface, ShowError> {
     let loaded = read_mesh(file)?;
-    let mesh = loaded.mesh;
+    let mut mesh = loaded.mesh;
+    mesh.triangles
+        .retain(|&[a, b, c]| a != b && b != c && c != a);
     let values = loaded.values;
     let edges = mesh.edges();
     let mut sets = Sets::new(mesh.triangles.len());
@@ -48,7 +73,7 @@ pub fn read_surface(file: &Path) -> Result<MidSurface, ReadError> {
             [_, _] => {}
             [only] => {
                 let border = known.get(&only.edge).and_then(|&kind| border_kind(kind));
-                borders.extend(border.map(|kind| BorderLine {
+                borders.extend(border.map(|kind| Border {
                     path,
                     sheet: sheets[only.face.index()],
                     kind,
@@ -58,32 +83,50 @@ pub fn read_surface(file: &Path) -> Result<MidSurface, ReadError> {
             _ => {
                 let mut around: Vec<u32> = uses.iter().map(|u| sheets[u.face.index()]).collect();
                 around.sort_unstable();
-                seams.push(SeamLine {
+                seams.push(Seam {
                     path,
                     sheets: around,
                     closed: false,
+                    unmarked: 0,
                 });
             }
         }
     }
     let vertices = mesh.positions.iter().enumerate().map(|(v, &position)| {
-        let radius = || values.radius.get(v).map_or(0.0, |radius| 2.0 * radius);
+        let of = |values: &[f64]| values.get(v).copied().unwrap_or(0.0);
+        let thickness = of(&values.thickness);
+        let radius = of(&values.radius);
         MidVertex {
             position,
-            kind: vertex_kind(values.kind.get(v).copied().unwrap_or(0.0)),
-            thickness: values.thickness.get(v).copied().unwrap_or_else(radius),
-            footpoints: SmallVec::new(),
+            kind: vertex_kind(of(&values.kind)),
+            ball: Ball {
+                radius: if radius > 0.0 {
+                    radius
+                } else {
+                    0.5 * thickness
+                },
+                thickness: if thickness > 0.0 {
+                    thickness
+                } else {
+                    2.0 * radius
+                },
+                footpoints: SmallVec::new(),
+            },
         }
     });
-    Ok(MidSurface {
+    let parts = SurfaceParts {
         vertices: vertices.collect(),
         triangles: (mesh.triangles.iter().zip(&sheets))
             .map(|(&corners, &sheet)| MidTriangle { corners, sheet })
             .collect(),
         seams,
         borders,
+        creases: Vec::new(),
         junctions: Vec::new(),
-        sheet_count: numbers.len() as u32,
+    };
+    MidSurface::new(parts).map_err(|source| ShowError::Surface {
+        file: file.to_owned(),
+        source,
     })
 }
 

@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use super::pack::Pack;
 use crate::extract::Extraction;
 use crate::mesh::{TriMesh, weld_exact};
-use crate::surface::graph::Crack;
-use crate::surface::{BorderKind, MidSurface, VertexKind, segments};
+use crate::surface::graph::{Crack, SheetData, SheetGraph};
+use crate::surface::{BorderKind, MidSurface, segments};
 
 /// Stands in `neighbours` for an edge without another triangle.
 const NONE: u32 = u32::MAX;
@@ -85,42 +85,56 @@ fn neighbours(mesh: &TriMesh) -> Vec<u32> {
 /// The mid-surface, in the part's coordinates: `positions`, `triangles`,
 /// `thickness` (one a vertex), `feet` (two footpoints a vertex; the vertex itself
 /// where none is known), `sheets` (one a triangle), `lines` (vertex pairs) with
-/// `kinds`.
-pub(super) fn surface(surface: &MidSurface, origin: DVec3) -> Pack {
+/// `kinds`; and what is to be said of it.
+pub(super) fn surface(surface: &MidSurface, graph: &SheetGraph, origin: DVec3) -> Pack {
     let mut pack = Pack::default();
-    let vertices = || surface.vertices.iter();
-    pack.f32(
-        "positions",
-        relative(vertices().map(|v| v.position), origin),
-    );
-    pack.f32("thickness", vertices().map(|v| v.thickness as f32));
-    let feet = vertices().flat_map(|v| [0, 1].map(|k| *v.footpoints.get(k).unwrap_or(&v.position)));
+    let vertices = || surface.vertices().iter();
+    let positions = vertices().map(|v| v.position);
+    pack.f32("positions", relative(positions, origin));
+    pack.f32("thickness", vertices().map(|v| v.ball.thickness as f32));
+    let feet = vertices().flat_map(|v| {
+        let foot = |k| *v.ball.footpoints.get(k).unwrap_or(&v.position);
+        [foot(0), foot(1)]
+    });
     pack.f32("feet", relative(feet, origin));
-    let triangles = || surface.triangles.iter();
+    let triangles = || surface.triangles().iter();
     pack.u32("triangles", triangles().flat_map(|t| t.corners));
     pack.u32("sheets", triangles().map(|t| t.sheet));
     let lines = lines(surface);
     pack.u32("lines", lines.iter().flat_map(|&(ends, _)| ends));
     pack.u8("kinds", lines.iter().map(|&(_, kind)| kind));
-    pack.fact("sheet_count", surface.sheet_count);
-    pack.fact("neighbours", json!(sheet_neighbours(surface)));
-    pack.fact("sheets", json!(sheets(surface)));
+    pack.fact("counts", json!(graph.counts()));
+    pack.fact("area", graph.area());
+    let sheets = graph.sheets().iter().zip(0..);
+    let sheet = |(data, number): (&SheetData, u32)| {
+        json!({
+            "area": data.area,
+            "thickness": data.thickness,
+            "neighbours": graph.neighbours(number),
+        })
+    };
+    pack.fact("sheets", sheets.map(sheet).collect::<Vec<Value>>());
+    let listed = graph.cracks().iter().take(CRACKS_LISTED);
+    let crack = |crack: &Crack| json!({ "at": crack.at - origin, "length": crack.length });
+    pack.fact("cracks", listed.map(crack).collect::<Vec<Value>>());
     pack
 }
 
-/// A fresh extraction: [`surface`], and what is to be said of it.
+/// A fresh extraction: [`surface`], and how it was made.
 pub(super) fn extraction(result: &Extraction, origin: DVec3) -> Pack {
-    let mut pack = surface(&result.surface, origin);
-    let counts = result.graph.counts();
-    pack.fact("counts", json!(counts));
-    pack.fact("area", result.graph.area());
-    pack.fact("cell", result.work.cell);
-    pack.fact("cells", result.work.cells);
-    let seconds = result.work.field_seconds + result.work.trace_seconds + result.work.mesh_seconds;
-    pack.fact("seconds", seconds);
-    let listed = result.cracks.iter().take(CRACKS_LISTED);
-    let crack = |crack: &Crack| json!({ "at": crack.at - origin, "length": crack.length });
-    pack.fact("cracks", listed.map(crack).collect::<Vec<Value>>());
+    let mut pack = surface(&result.surface, &result.graph, origin);
+    let work = &result.work;
+    pack.fact("cell", work.cell);
+    pack.fact("cells", work.counts.cells);
+    pack.fact(
+        "seconds",
+        work.field_seconds + work.trace_seconds + work.mesh_seconds,
+    );
+    let closed = result.closed_over.iter().map(|piece| {
+        let (min, max) = (DVec3::from(piece.min), DVec3::from(piece.max));
+        json!({ "at": 0.5 * (min + max) - origin, "size": (max - min).length(), "area": piece.area })
+    });
+    pack.fact("closed_over", closed.collect::<Vec<Value>>());
     pack
 }
 
@@ -128,10 +142,10 @@ pub(super) fn extraction(result: &Extraction, origin: DVec3) -> Pack {
 /// the surface; it is found as edges of one triangle that no border has.
 fn lines(surface: &MidSurface) -> Vec<([u32; 2], u8)> {
     let mut lines = Vec::new();
-    for seam in &surface.seams {
+    for seam in surface.seams() {
         lines.extend(segments(&seam.path, seam.closed).map(|ends| (ends, SEAM)));
     }
-    for border in &surface.borders {
+    for border in surface.borders() {
         let kind = match border.kind {
             BorderKind::Coping => COPING_BORDER,
             BorderKind::Fading => FADING_BORDER,
@@ -147,66 +161,6 @@ fn lines(surface: &MidSurface) -> Vec<([u32; 2], u8)> {
         }
     }
     lines
-}
-
-/// For each sheet the sheets that it meets at seams, so that neighbours get
-/// different colours.
-fn sheet_neighbours(surface: &MidSurface) -> Vec<Vec<u32>> {
-    let mut all = vec![Vec::new(); surface.sheet_count as usize];
-    for seam in &surface.seams {
-        for &a in &seam.sheets {
-            all[a as usize].extend(seam.sheets.iter().filter(|&&b| b != a));
-        }
-    }
-    for list in &mut all {
-        list.sort_unstable();
-        list.dedup();
-    }
-    all
-}
-
-/// For each sheet its area, its thinnest and thickest place off the seams, and
-/// its largest triangle, to fly to.
-fn sheets(surface: &MidSurface) -> Vec<Value> {
-    #[derive(Clone, Copy)]
-    struct Sheet {
-        area: f64,
-        thin: f64,
-        thick: f64,
-        largest: (f64, u32),
-    }
-    let empty = Sheet {
-        area: 0.0,
-        thin: f64::INFINITY,
-        thick: 0.0,
-        largest: (0.0, 0),
-    };
-    let mut all = vec![empty; surface.sheet_count as usize];
-    for (n, triangle) in surface.triangles.iter().enumerate() {
-        let corners = triangle.corners.map(|v| &surface.vertices[v as usize]);
-        let [a, b, c] = corners.map(|v| v.position);
-        let area = 0.5 * (b - a).cross(c - a).length();
-        let sheet = &mut all[triangle.sheet as usize];
-        sheet.area += area;
-        if area > sheet.largest.0 {
-            sheet.largest = (area, n as u32);
-        }
-        for v in corners {
-            if !matches!(v.kind, VertexKind::Seam | VertexKind::Junction) {
-                sheet.thin = sheet.thin.min(v.thickness);
-                sheet.thick = sheet.thick.max(v.thickness);
-            }
-        }
-    }
-    let row = |s: &Sheet| {
-        json!({
-            "area": s.area,
-            "thin": s.thin.is_finite().then_some(s.thin),
-            "thick": s.thin.is_finite().then_some(s.thick),
-            "triangle": s.largest.1,
-        })
-    };
-    all.iter().map(row).collect()
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ use crate::mesh::{Part, PartError, PartOptions, TriMesh};
 use crate::settings::cell::CellSize;
 use crate::settings::progress::{Progress, Stop};
 use crate::surface::MidSurface;
+use crate::surface::graph::SheetGraph;
 
 /// Samples of the wall thickness that the page shows.
 const SAMPLES: usize = 2000;
@@ -79,7 +80,8 @@ impl Session {
     pub(super) fn new(mut subject: Subject) -> Session {
         let origin = scene::origin(&subject.mesh);
         let shown = subject.surface.take().map(|surface| {
-            let pack = scene::surface(&surface, origin).finish();
+            let graph = SheetGraph::of(&surface);
+            let pack = scene::surface(&surface, &graph, origin).finish();
             std::sync::Arc::new(Shown { surface, pack })
         });
         Session {
@@ -145,14 +147,14 @@ impl Session {
             ..Settings::default()
         };
         let result = extract_until(&part, &settings, progress, stop)?;
-        if result.surface.triangles.is_empty() {
+        if result.surface.triangles().is_empty() {
             return Err(Failed {
                 message: "no mid-surface was found".to_owned(),
                 help: Some("check which faces are coping, and take a smaller cell".to_owned()),
             });
         }
         let pack = scene::extraction(&result, scene::origin(&self.subject.mesh)).finish();
-        let told = json!({ "seconds": seconds(&result), "cells": result.work.cells });
+        let told = json!({ "seconds": seconds(&result), "cells": result.work.counts.cells });
         let surface = result.surface;
         *lock(&self.shown) = Some(std::sync::Arc::new(Shown { surface, pack }));
         Ok(told)
@@ -206,13 +208,12 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl From<ExtractError> for Failed {
     fn from(error: ExtractError) -> Failed {
         let help = match &error {
-            ExtractError::TooFine(_) => Some("take a larger cell"),
-            ExtractError::NoThickness => Some("check which faces are coping"),
-            ExtractError::BadCell(_) | ExtractError::Stopped => None,
+            ExtractError::TooFine(_) => Some("Take a larger cell.".to_owned()),
+            error => error.help().map(|help| help.to_string()),
         };
         Failed {
             message: error.to_string(),
-            help: help.map(str::to_owned),
+            help,
         }
     }
 }

@@ -25,12 +25,12 @@ function colorsOf(theme) {
 }
 
 // A colour a sheet, so that no two that meet have the same where that can be: the largest sheets choose first.
-function colorSheets(count, neighbours, sheets) {
-  const order = [...Array(count).keys()].sort((a, b) => sheets[b].area - sheets[a].area || a - b);
-  const color = new Uint8Array(count).fill(255);
+function colorSheets(sheets) {
+  const order = [...sheets.keys()].sort((a, b) => sheets[b].area - sheets[a].area || a - b);
+  const color = new Uint8Array(sheets.length).fill(255);
   const used = new Array(SHEETS.length).fill(0);
   for (const sheet of order) {
-    const taken = new Set(neighbours[sheet].map((other) => color[other]));
+    const taken = new Set(sheets[sheet].neighbours.map((other) => color[other]));
     let best = -1;
     for (let k = 0; k < SHEETS.length; k++) {
       if (!taken.has(k) && (best < 0 || used[k] < used[best])) best = k;

@@ -201,7 +201,7 @@ const page = {
     legend.hidden = !page.mid || state.mid === 'hidden';
     if (legend.hidden) return;
     const thickness = state.mid === 'thickness';
-    $('legend-title').textContent = thickness ? 'Thickness' : `${many(page.mid.facts.sheet_count)} sheets`;
+    $('legend-title').textContent = thickness ? 'Thickness' : `${many(page.mid.facts.sheets.length)} sheets`;
     const rows = [];
     if (thickness) {
       const [low, high] = page.range;

@@ -15,8 +15,7 @@ function takeMid(pack) {
   page.mid = pack;
   page.scene.setMid(pack);
   page.range = thicknessRange(pack);
-  const { sheet_count: count, neighbours, sheets } = pack.facts;
-  page.sheetColor = colorSheets(count, neighbours, sheets);
+  page.sheetColor = colorSheets(pack.facts.sheets);
   state.sheet = null;
   markSheets();
   if (state.part === 'solid') state.part = 'glass';
@@ -41,18 +40,18 @@ function markSheets() {
 function showResult() {
   const { facts } = page.mid;
   const counts = facts.counts;
-  const rows = [['Sheets', many(facts.sheet_count)]];
-  if (counts) {
-    rows.push(['Seams', many(counts.seams)], ['Junctions', many(counts.junctions)],
-      ['Borders', `${counts.coping_borders} coping, ${counts.fading_borders} fading`],
-      ['Pieces', many(counts.components)],
-      ['Cracks', many(counts.cracks), counts.cracks ? 'bad' : 'good'],
-      ['Area', figure(facts.area)],
-      ['Triangles', many(counts.triangles)],
-      ['Cell', figure(facts.cell)],
-      ['Time', `${figure(facts.seconds, 2)} s`]);
-  }
-  rows.splice(1, 0, ['Thickness', page.range.map((value) => figure(value, 3)).join(' to ')]);
+  const rows = [
+    ['Sheets', many(counts.sheets)],
+    ['Thickness', page.range.map((value) => figure(value, 3)).join(' to ')],
+    ['Seams', many(counts.seams)],
+    ['Junctions', many(counts.junctions)],
+    ['Borders', `${many(counts.coping_borders)} coping, ${many(counts.fading_borders)} fading`],
+    ['Pieces', many(counts.components)],
+    ['Cracks', many(counts.cracks), counts.cracks ? 'bad' : 'good'],
+    ['Area', figure(facts.area)],
+    ['Triangles', many(counts.triangles)],
+  ];
+  if (facts.cell) rows.push(['Cell', figure(facts.cell)], ['Time', `${figure(facts.seconds, 2)} s`]);
   $('result').innerHTML = rows.map(([name, value, tone]) => `<dt>${name}</dt><dd class="${tone || ''}">${value}</dd>`).join('');
   $('result-section').hidden = false;
   $('downloads').hidden = !page.served;
@@ -69,6 +68,15 @@ function showLists() {
       name: 'Cracks',
       rows: cracks.map(({ at, length }) => ({
         text: page.inFile(at).map((value) => figure(value)).join(', '), note: figure(length), go: () => page.fly(at, length * 4),
+      })),
+    });
+  }
+  const closed = (page.mid && page.mid.facts.closed_over) || [];
+  if (closed.length) {
+    lists.all.push({
+      name: 'Closed over',
+      rows: closed.map(({ at, size, area }) => ({
+        text: page.inFile(at).map((value) => figure(value)).join(', '), note: `area ${figure(area, 3)}`, go: () => page.fly(at, size),
       })),
     });
   }
@@ -110,10 +118,15 @@ function showRows() {
   }));
 }
 
+function thicknessOf({ thickness: { min, max } }) {
+  const [low, high] = [figure(min, 3), figure(max, 3)];
+  return low === high ? `t ${low}` : `t ${low}–${high}`;
+}
+
 function sheetRow(sheet, n) {
   return {
     text: `Sheet ${n}`,
-    note: `t ${figure(sheet.thin, 3)}–${figure(sheet.thick, 3)}, area ${figure(sheet.area, 3)}`,
+    note: `${thicknessOf(sheet)}, area ${figure(sheet.area, 3)}`,
     color: SHEETS[page.sheetColor[n]],
     go() {
       const again = state.sheet === n;
