@@ -27,6 +27,7 @@ FIXTURES = ROOT / "fixtures"
 WAIT = 60
 SIZE = (1280, 720)
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
+CTRL, ESCAPE = "\ue009", "\ue00c"
 BROWSER = [
     "--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
@@ -185,46 +186,47 @@ def look_and_turn(browser, shot):
 
 
 def tag_and_save(browser, folder, shot):
-    browser.keys("g")
-    edge = spot(browser, 4, 0, 0.5) if False else None
-    # The plate is 40 x 30 x 2: the sides x = 40 and y = 0 show in the slanted view... found by their middles.
+    """The plate is thin along y; its coping is at both ends of x and of z."""
     size = browser.js("return page.part.facts.size")
     low = browser.js("return sub(page.part.facts.origin, times(page.part.facts.size, 0.5))")
-    side = lambda x, y: spot(browser, low[0] + x * size[0], low[1] + y * size[1], low[2] + 0.5 * size[2])
-    browser.pointer(side(1, 0.5), press=False)
-    until(lambda: browser.js("return page.tagging.shownPreview && page.tagging.shownPreview.length") == 2, "a preview")
+
+    def side(x, z):
+        return spot(browser, low[0] + x * size[0], low[1] + 0.5 * size[1], low[2] + z * size[2])
+
+    right, top, left, bottom = (1, 0.5), (0.5, 1), (0, 0.5), (0.5, 0)
+    browser.keys("g")
+    browser.pointer(side(*right), press=False)
+    until(lambda: browser.js("return (page.tagging.shownPreview || []).length") == 2, "a preview")
     check(True, "a face to be clicked shows")
-    browser.pointer(side(1, 0.5), side(1, 0.5))
+    browser.pointer(side(*right), side(*right))
     check(coping(browser) == 2, "a click marks the face, both triangles")
-    browser.pointer(side(0.5, 0), side(0.5, 0))
+    browser.pointer(side(*top), side(*top))
     check(coping(browser) == 4, "another click, another face")
-    browser.keys("z", held="\ue009")
+    browser.keys("z", held=CTRL)
     check(coping(browser) == 2, "undo")
-    browser.keys("y", held="\ue009")
+    browser.keys("y", held=CTRL)
     check(coping(browser) == 4, "redo")
     browser.click("[data-mark='wall']")
-    browser.pointer(side(0.5, 0), side(0.5, 0))
+    browser.pointer(side(*top), side(*top))
     check(coping(browser) == 2, "marking as wall takes back")
     browser.click("[data-mark='coping']")
     browser.keys("b")
-    browser.pointer(side(0.45, 0), side(0.55, 0))
+    browser.pointer(side(0.45, 1), side(0.55, 1))
     check(coping(browser) > 2, "the brush paints")
+    shot("brush")
     browser.keys("x")
     browser.js("document.getElementById('through').checked = true")
     browser.pointer((5, 5), (985, 655))
     check(coping(browser) == 12, "the box takes all that is in it")
-    browser.keys("z", held="\ue009")
-    shot("tagging")
-    # What is saved: all four sides, by clicks from two views.
     browser.click("[data-do='clear']")
     browser.keys("g")
-    browser.pointer(side(1, 0.5), side(1, 0.5))
-    browser.pointer(side(0.5, 0), side(0.5, 0))
-    browser.js("page.camera.turn(Math.PI, 0); page.render()")
-    browser.pointer(side(0, 0.5), side(0, 0.5))
-    browser.pointer(side(0.5, 1), side(0.5, 1))
-    check(coping(browser) == 8, "four sides")
-    browser.keys("s", held="\ue009")
+    for faces, turned in [((right, top), 0), ((left, bottom), 1)]:
+        browser.js("page.camera.turn(arguments[0] * Math.PI, -arguments[0]); page.render()", turned)
+        for face in faces:
+            browser.pointer(side(*face), side(*face))
+    check(coping(browser) == 8, "four sides, from two views")
+    shot("tagging")
+    browser.keys("s", held=CTRL)
     until(lambda: not browser.js("return page.tagging.changed"), "the tags to be saved")
     text = (folder / "plate.coping.toml").read_text()
     check('format = "coping-tags"' in text and "[[coping]]" in text, "saved as an ordinary tag file")
@@ -256,7 +258,7 @@ def cancel_and_leave(browser, view):
     browser.js("document.getElementById('cell').min = -7; document.getElementById('cell').value = -7")
     browser.keys("e")
     until(lambda: browser.js("return document.getElementById('stage').textContent").startswith("trace"), "work")
-    browser.keys("\ue00c")
+    browser.keys(ESCAPE)
     until(lambda: not browser.js("return !!work.running"), "the end of it")
     check(quiet(view), "Esc stops the work")
     browser.keys("e")

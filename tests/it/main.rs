@@ -17,4 +17,6 @@ mod snapshots;
 mod subdivide;
 mod tags;
 mod thicken;
+#[cfg(feature = "view")]
+mod view;
 mod writers;

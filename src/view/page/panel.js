@@ -16,6 +16,7 @@ function make(tag, kind = '', children = []) {
   return element;
 }
 const many = (count) => count.toLocaleString('en-US');
+const counted = (count, noun) => `${many(count)} ${noun}${count === 1 ? '' : 's'}`;
 
 // What is chosen; `page.render` shows it.
 const state = {
@@ -187,7 +188,7 @@ const page = {
   showTags() {
     const tags = page.tagging;
     if (!tags) return;
-    $('coping-count').textContent = tags.coping ? `${many(tags.coping)} triangles, area ${figure(tags.copingArea)}` : 'none yet';
+    $('coping-count').textContent = tags.coping ? `${counted(tags.coping, 'triangle')}, area ${figure(tags.copingArea)}` : 'none yet';
     document.querySelector('[data-do="undo"]').disabled = !tags.done.length;
     document.querySelector('[data-do="redo"]').disabled = !tags.undone.length;
     document.querySelector('[data-do="clear"]').disabled = !tags.coping;
@@ -201,7 +202,7 @@ const page = {
     legend.hidden = !page.mid || state.mid === 'hidden';
     if (legend.hidden) return;
     const thickness = state.mid === 'thickness';
-    $('legend-title').textContent = thickness ? 'Thickness' : `${many(page.mid.facts.sheets.length)} sheets`;
+    $('legend-title').textContent = thickness ? 'Thickness' : counted(page.mid.facts.sheets.length, 'sheet');
     const rows = [];
     if (thickness) {
       const [low, high] = page.range;

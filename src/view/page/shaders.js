@@ -63,8 +63,7 @@ void main() {
   vec3 spread = fwidth(corner);
   if (dot(plane.xyz, at) > plane.w) discard;
   vec3 normal = mat3(view) * normalize(across);
-  float light = 0.38 + 0.5 * max(dot(normal, vec3(0.32, 0.48, 0.82)), 0.0)
-    + 0.17 * max(dot(normal, vec3(-0.75, -0.2, 0.63)), 0.0);
+  float light = 0.44 + 0.4 * max(dot(normal, vec3(0.32, 0.48, 0.82)), 0.0) + 0.26 * abs(normal.z);
   vec3 base;
   float alpha = 1.0;
   if (what == 0) {
