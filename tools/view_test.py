@@ -255,7 +255,7 @@ def extract_and_look(browser, shot):
 
 
 def cancel_and_leave(browser, view):
-    browser.js("document.getElementById('cell').min = -7; document.getElementById('cell').value = -7")
+    browser.js("document.getElementById('cell').min = -3; document.getElementById('cell').value = -3")
     browser.keys("e")
     until(lambda: browser.js("return document.getElementById('stage').textContent").startswith("trace"), "work")
     browser.keys(ESCAPE)

@@ -14,7 +14,6 @@ mod http;
 mod job;
 mod pack;
 mod page;
-mod read;
 mod scene;
 mod server;
 mod session;
@@ -22,7 +21,6 @@ mod tags;
 
 use std::io::{self, Write};
 
-pub use read::{ShowError, read_surface};
 pub use server::Server;
 pub use session::Subject;
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use midsurf::coping::geometry_checksum;
+use midsurf::io::read_surface;
 use midsurf::mesh::PartOptions;
 use midsurf::view::{Server, Subject};
 
@@ -58,10 +59,11 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let (coping, more) = load_tags(args.coping.as_deref(), &loaded, &args.part)?;
     warnings.extend(more);
     print_warnings(&warnings);
-    let surface = match &args.mid {
-        Some(file) => Some(midsurf::view::read_surface(file).map_err(Failure::input)?),
-        None => None,
-    };
+    let mid = args.mid.as_deref().map(|file| read_surface(file, None));
+    let surface = mid
+        .transpose()
+        .map_err(Failure::input)?
+        .map(|mid| mid.surface);
     let (tag_file, tags_are_ours) = tag_file(&args);
     let subject = Subject {
         title: name_of(&args.part),

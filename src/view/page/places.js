@@ -7,6 +7,7 @@ function thicknessRange(mid) {
   const all = Float32Array.from(mid.thickness).sort();
   const at = (share) => all[Math.min(all.length - 1, Math.floor(share * all.length))];
   let [low, high] = [at(0.01), at(0.99)];
+  page.thickness = [low, high];
   if (!(high - low > 1e-4 * high)) [low, high] = [low * 0.98, high * 1.02];
   return [low, high];
 }
@@ -42,7 +43,7 @@ function showResult() {
   const counts = facts.counts;
   const rows = [
     ['Sheets', many(counts.sheets)],
-    ['Thickness', page.range.map((value) => figure(value, 3)).join(' to ')],
+    ['Thickness', [...new Set(page.thickness.map((value) => figure(value, 3)))].join(' to ')],
     ['Seams', many(counts.seams)],
     ['Junctions', many(counts.junctions)],
     ['Borders', `${many(counts.coping_borders)} coping, ${many(counts.fading_borders)} fading`],

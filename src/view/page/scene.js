@@ -179,7 +179,7 @@ class Scene {
     gl.uniform4fv(use.at('plane'), look.plane || NO_PLANE);
     gl.uniform1i(use.at('what'), what);
     gl.uniform1f(use.at('glass'), look.part === 'glass' ? 1 : 0);
-    gl.uniform1f(use.at('wire'), look.wire ? (what === 0 ? 0.55 : 0.7) : 0);
+    gl.uniform1f(use.at('wire'), look.wire ? 0.55 : 0);
     gl.uniform1f(use.at('picked'), look.standing ? 1 : -1);
     gl.uniform3fv(use.at('palette'), look.colors.palette.flat());
     gl.uniform3fv(use.at('ramp'), look.colors.ramp.flat());
