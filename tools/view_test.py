@@ -313,6 +313,25 @@ def one_file(browser, binary, folder, shot):
     check(not browser.errors(), "no errors in the page")
 
 
+def detected(browser, binary, shot):
+    """What the detection found is there from the start; its doubts are questions."""
+    view = View(binary, FIXTURES / "tee_filleted.obj")
+    try:
+        browser.open(view.url)
+        found = coping(browser)
+        check(found > 0, "detected coping faces are the start")
+        browser.js("""page.doubts = [{ triangles: [0, 1], faces: 1, coping: false, reason: 'made up', at: [0, 0, 0], size: 1 },
+            { triangles: [2], faces: 1, coping: false, reason: 'made up', at: [0, 0, 0], size: 1 }]; showLists();""")
+        browser.click("#list button")
+        shot("doubt")
+        browser.keys("yn")
+        check(browser.js("return page.doubts.map((doubt) => doubt.answer)") == ["coping", "wall"], "Y and N answer doubts")
+        check(browser.js("return page.tagging.marks[0] & page.tagging.marks[1] & 1") == 1, "an answer marks the faces")
+    finally:
+        view.process.kill()
+        view.process.wait()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--binary", default=ROOT / "target/debug/midsurf")
@@ -331,7 +350,7 @@ def main():
             (args.pictures / f"{name}.png").write_bytes(data)
 
     try:
-        view = View(args.binary, part)
+        view = View(args.binary, part, "--coping", "none")
         browser = Browser(folder)
         browser.open(view.url)
         for step in [lambda: look_and_turn(browser, shot), lambda: tag_and_save(browser, folder, shot),
@@ -343,6 +362,7 @@ def main():
         check(not browser.errors(), "no errors in the page")
         cancel_and_leave(browser, view)
         strangers(view)
+        detected(browser, args.binary, shot)
         one_file(browser, args.binary, folder, shot)
         check(view.interrupt() in (130, -2), "Ctrl-C ends it")
     except (AssertionError, RuntimeError) as error:

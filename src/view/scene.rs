@@ -4,6 +4,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::pack::Pack;
+use crate::coping::detect::{Detection, Question};
 use crate::extract::Extraction;
 use crate::mesh::{TriMesh, weld_exact};
 use crate::surface::graph::{Crack, SheetData, SheetGraph};
@@ -59,6 +60,24 @@ pub(super) fn part(mesh: &TriMesh, coping: &[bool], source: &[u32], tagging: boo
         }
     }
     pack
+}
+
+/// Faces that a detection is in doubt about, alike ones as one question, gravest first.
+pub(super) fn doubts(detection: &Detection, origin: DVec3) -> Vec<Value> {
+    let question = |question: &Question| {
+        let faces = || question.faces.iter().map(|&face| &detection.faces[face]);
+        let reasons: Vec<&str> = question.reasons.iter().map(|r| r.text()).collect();
+        let first = faces().next();
+        json!({
+            "triangles": faces().flat_map(|face| face.triangles.iter().copied()).collect::<Vec<u32>>(),
+            "faces": question.faces.len(),
+            "coping": question.coping,
+            "reason": reasons.join("; "),
+            "at": first.map_or(DVec3::ZERO, |face| face.middle - origin),
+            "size": first.map_or(0.0, |face| face.bounds.diagonal()),
+        })
+    };
+    detection.questions().iter().map(question).collect()
 }
 
 /// The triangle across each edge of each triangle; equal vertices count as one.

@@ -8,15 +8,16 @@ use serde_json::{Value, json};
 
 use super::pack::Pack;
 use super::{scene, tags};
+use crate::coping::detect::Detection;
 use crate::extract::{ExtractError, Extraction, Settings, expected_cells, extract_until};
 use crate::field::Field;
-use crate::field::thickness::ThicknessProfile;
 use crate::io::write::{WriteError, stage};
 use crate::mesh::{Part, PartError, PartOptions, TriMesh};
 use crate::settings::cell::CellSize;
 use crate::settings::progress::{Progress, Stop};
 use crate::surface::MidSurface;
 use crate::surface::graph::SheetGraph;
+use crate::walls::thickness::ThicknessProfile;
 
 /// Samples of the wall thickness that the page shows.
 const SAMPLES: usize = 2000;
@@ -34,6 +35,8 @@ pub struct Subject {
     pub geometry: String,
     /// One flag a triangle: true for coping.
     pub coping: Vec<bool>,
+    /// Where the flags were detected, what was found: its doubts become questions.
+    pub detection: Option<Detection>,
     /// How doubtful meshes are treated.
     pub options: PartOptions,
     /// Where tags are saved: the only file that is ever written.
@@ -117,6 +120,12 @@ impl Session {
         let mut pack = scene::part(&subject.mesh, &subject.coping, &subject.source, true);
         pack.fact("title", subject.title.clone());
         pack.fact("tag_file", subject.tag_file.display().to_string());
+        pack.fact("tags_are_saved", subject.tags_are_ours);
+        if let Some(detection) = &subject.detection {
+            let origin = scene::origin(&subject.mesh);
+            pack.fact("doubts", scene::doubts(detection, origin));
+            pack.fact("verdict", detection.verdict().text());
+        }
         match self.part(subject.coping.clone()) {
             Ok(part) => measure(&part, &mut pack),
             Err(error) => {

@@ -20,7 +20,7 @@ impl View {
         let mut child = Command::new(env!("CARGO_BIN_EXE_midsurf"))
             .arg("view")
             .arg(part)
-            .arg("--no-open")
+            .args(["--coping", "none", "--no-open"])
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();

@@ -9,6 +9,7 @@ use midsurf::mesh::PartOptions;
 use midsurf::view::{Server, Subject};
 
 use crate::cli::shared::console::say;
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{load, load_tags, print_warnings};
 use crate::cli::shared::numbers::positive;
@@ -19,8 +20,9 @@ Examples:
   midsurf view bracket.stl --coping bracket.coping.toml
   midsurf view bracket.stl --coping bracket.coping.toml --mid mid.ply
 
-Opens a page that shows the part, lets you mark coping faces and save them as tags,
-and extracts the mid-surface to look at. Ctrl-C ends it.
+Opens a page that shows the part with the coping faces that were detected, asks about
+those in doubt, lets you mark others and save them as tags, and extracts the
+mid-surface to look at. Ctrl-C ends it.
 
 The page is for this machine and this browser alone: it is served on loopback, under
 an address that nobody can guess. Nothing is written but the tag file: that of
@@ -32,11 +34,12 @@ Exit codes: 2 wrong usage or bad input, 130 interrupted.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part (.obj, .stl, .ply, .off)
+    /// The part: a mesh (.obj, .stl, .ply, .off, .msh, .inp, .bdf) or a CAD model (.step, .iges, .brep)
     part: PathBuf,
-    /// Coping tags to start with; saved tags go here if its name ends in .toml
-    #[arg(long, value_name = "FILE")]
-    coping: Option<PathBuf>,
+    /// Coping tags to start with: a file, `auto` to detect them, or `none`; saved tags
+    /// go to that file if its name ends in .toml
+    #[arg(long, value_name = "FILE", default_value = "auto")]
+    coping: CopingSource,
     /// Mid-surface to show from the start
     #[arg(long, value_name = "FILE")]
     mid: Option<PathBuf>,
@@ -56,7 +59,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let (mut loaded, mut warnings) = load(&args.part)?;
-    let (coping, more) = load_tags(args.coping.as_deref(), &loaded, &args.part)?;
+    let (coping, more) = load_tags(&args.coping, &loaded, &args.part)?;
     warnings.extend(more);
     print_warnings(&warnings);
     let mid = args.mid.as_deref().map(|file| read_surface(file, None));
@@ -71,6 +74,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         mesh: std::mem::take(&mut loaded.mesh),
         source: std::mem::take(&mut loaded.source),
         coping: coping.flags,
+        detection: coping.detection,
         options: PartOptions {
             allow_open: args.allow_open,
             weld: args.weld,
@@ -101,8 +105,8 @@ fn tag_file(args: &Args) -> (PathBuf, bool) {
         let suffix = file.extension();
         suffix.is_some_and(|suffix| suffix.eq_ignore_ascii_case("toml"))
     };
-    match &args.coping {
-        Some(file) if is_toml(file) => (file.clone(), true),
+    match args.coping.file() {
+        Some(file) if is_toml(file) => (file.to_owned(), true),
         Some(file) => (file.with_extension("toml"), false),
         None => (args.part.with_extension("coping.toml"), false),
     }

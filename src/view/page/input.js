@@ -396,7 +396,7 @@ const input = {
     $('cell').addEventListener('input', work.estimate);
     new ResizeObserver(page.render).observe(canvas);
     window.addEventListener('beforeunload', (event) => {
-      if (page.served && page.tagging && page.tagging.changed) event.preventDefault();
+      if (page.served && page.tagging && page.tagging.changed && page.tagging.done.length) event.preventDefault();
     });
   },
 };

@@ -140,17 +140,18 @@ function sheetRow(sheet, n) {
   };
 }
 
-// A place that a detector is not sure of, as a question.
-function doubtRow(doubt) {
+// Faces that the detection is not sure of, as a question.
+function doubtRow(doubt, n) {
+  const now = doubt.coping ? 'coping' : 'wall';
   return {
-    text: doubt.text,
-    note: doubt.answer || `${Math.round(100 * doubt.likely)} %`,
+    text: `${n + 1}. ${counted(doubt.faces, 'face')}`,
+    note: doubt.answer || `${now}?`,
     answered: Boolean(doubt.answer),
     go() {
       page.doubt = doubt;
       page.sendMarks(page.tagging.preview(doubt.triangles));
       page.fly(doubt.at, doubt.size);
-      page.say(`${doubt.text}: coping? Y yes, N no`, false, 8);
+      page.say(`${counted(doubt.faces, 'face')}, ${now} for now: ${doubt.reason}.\nIs it coping? Y yes, N no`, false, 60);
     },
   };
 }
@@ -167,7 +168,7 @@ function answerDoubt(yes) {
   page.doubt = null;
   showLists();
   page.update();
-  if (next) doubtRow(next).go();
+  if (next) doubtRow(next, page.doubts.indexOf(next)).go();
   else page.say('No doubts left');
 }
 

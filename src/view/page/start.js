@@ -34,6 +34,8 @@ function showPart(pack) {
       make('p', '', [facts.problem.help || '']));
     document.querySelector('[data-do="extract"]').disabled = true;
   }
+  if (facts.verdict) page.say(facts.verdict, false, 12);
+  page.doubts = facts.doubts || [];
   if (page.served) {
     page.tagging = new Tagging(pack);
     page.scene.mark(page.scene.part, page.tagging.marks);
@@ -58,7 +60,9 @@ async function start() {
     page.fit();
     const mid = page.served ? await fetched('mid') : await carried('pack-mid');
     if (mid) takeMid(mid);
+    else showLists();
     page.update();
+    if (page.doubts.length) page.say(`${counted(page.doubts.length, 'question')} about coping faces: see Places`);
     document.documentElement.dataset.ready = 'yes';
   } catch (error) {
     page.say(error.message, true, 1e6);

@@ -21,7 +21,8 @@ class Tagging {
     this.measure();
     this.done = [];
     this.undone = [];
-    this.saved = this.marks.slice(0, this.count);
+    // What was detected is in no file yet.
+    this.saved = pack.facts.tags_are_saved ? this.marks.slice(0, this.count) : new Uint8Array(this.count).fill(2);
     this.tally();
   }
 
@@ -49,7 +50,7 @@ class Tagging {
         this.coping++;
         this.copingArea += this.areas[n];
       }
-      if (flag !== (this.saved[n] & COPING)) this.changed = true;
+      if (flag !== (this.saved[n] & 3)) this.changed = true;
     }
   }
 
