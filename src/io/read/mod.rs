@@ -1,6 +1,7 @@
 //! Mesh readers: one file a format.
 
 mod bdf;
+mod bytes;
 mod cad;
 mod control;
 mod elements;
@@ -18,6 +19,8 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+pub(crate) use bytes::read_bytes;
+pub use bytes::{MAX_INPUT, limit_input};
 pub use control::{ControlMesh, read_control, read_control_bytes};
 pub use loaded::{LoadedMesh, PlyValues, ReadWarning};
 pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_surface};
@@ -76,7 +79,7 @@ pub fn read_mesh(file: impl AsRef<Path>) -> Result<LoadedMesh, ReadError> {
         return Err(fail(Problem::NotAFile));
     }
     if cad::is_cad(file) {
-        let bytes = std::fs::read(file).map_err(|error| fail(Problem::Io(error)))?;
+        let bytes = read_bytes(file).map_err(fail)?;
         let made = cad::mesh(file).map_err(|located| ReadError::new(file, located))?;
         let mut loaded = read_mesh_bytes(&made, MeshFormat::Msh, file)?;
         // Lines of the mesh in between mean nothing to the user.
@@ -85,7 +88,7 @@ pub fn read_mesh(file: impl AsRef<Path>) -> Result<LoadedMesh, ReadError> {
         return Ok(loaded);
     }
     let format = MeshFormat::of(file).ok_or_else(|| fail(Problem::UnknownFormat))?;
-    let bytes = std::fs::read(file).map_err(|error| fail(Problem::Io(error)))?;
+    let bytes = read_bytes(file).map_err(fail)?;
     read_mesh_bytes(&bytes, format, file)
 }
 

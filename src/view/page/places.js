@@ -150,7 +150,7 @@ function doubtRow(doubt, n) {
     go() {
       page.doubt = doubt;
       page.sendMarks(page.tagging.preview(doubt.triangles));
-      page.fly(doubt.at, doubt.size);
+      page.fly(doubt.at, doubt.size * 2);
       page.say(`${counted(doubt.faces, 'face')}, ${now} for now: ${doubt.reason}.\nIs it coping? Y yes, N no`, false, 60);
     },
   };

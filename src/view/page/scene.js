@@ -146,7 +146,7 @@ class Scene {
     if (this.mid && look.mid !== 'hidden') {
       this.drawFaces(this.mid, look.mid === 'sheets' ? 1 : 2, matrices, look);
     }
-    if (this.lines && look.lines && look.mid !== 'hidden') this.drawLines(this.lines, matrices, look, 2e-4, true);
+    if (this.lines && look.lines && look.mid !== 'hidden') this.drawLines(this.lines, matrices, look, 1e-3, true);
     if (this.part && look.part === 'glass') {
       gl.enable(gl.BLEND);
       gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
