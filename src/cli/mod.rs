@@ -64,6 +64,8 @@ enum Command {
     Roundtrip(roundtrip::Args),
     Completions(completions::Args),
     Man(completions::ManArgs),
+    #[cfg(feature = "view")]
+    View(commands::view::Args),
 }
 
 /// Parses the command line, runs the command, reports what went wrong.
@@ -101,6 +103,8 @@ pub fn run() -> ExitCode {
         Command::Roundtrip(args) => roundtrip::run(args),
         Command::Completions(args) => completions::run(&args, Cli::command()),
         Command::Man(args) => completions::man(&args, Cli::command()),
+        #[cfg(feature = "view")]
+        Command::View(args) => commands::view::run(args),
     };
     match outcome {
         Ok(code) => code,
