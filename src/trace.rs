@@ -117,7 +117,6 @@ impl<'a> Tracer<'a> {
                 for face in &touched {
                     todo.extend(
                         face.tetrahedra()
-                            .into_iter()
                             .filter(|t| self.found.tets.contains_key(t)),
                     );
                 }

@@ -14,6 +14,10 @@ use crate::mesh::FaceId;
 /// and gets no vertex of its own.
 pub const CREASE_ANGLE: f64 = 20.0;
 
+/// How far a contour may lie off its chord, in chords: it bends by at most
+/// twice 30 degrees in a step.
+const SAGITTA: f64 = 0.3;
+
 /// A convex polygon in a plane: where a contour may run.
 #[derive(Clone, Debug)]
 pub struct Region {
@@ -355,7 +359,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
             self.passed = Some(station);
         }
-        if left_part.is_none() && self.strays(y) {
+        if left_part.is_none() && (self.strays(y) || self.off_patch(y)) {
             return Step::Shorten;
         }
         let (next_heading, _) = heading(self.probe, y, self.region.normal, pair);
@@ -437,13 +441,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         !(-slack..=1.0 + slack).contains(&s)
     }
 
-    /// Whether a first step, which starts on the barrier perhaps, ends outside
-    /// the part without having crossed it: the contour bulges into the part,
-    /// its chord does not.
+    /// Whether a step ends outside the part without having crossed the
+    /// barrier: the contour bulges into the part, its chord does not.
     fn strays(&self, y: DVec3) -> bool {
-        self.travelled == 0.0
-            && matches!(self.region.barrier, Barrier::Coping)
-            && self.probe.field().signed_clearance(y) < -self.tie
+        matches!(self.region.barrier, Barrier::Coping) && self.probe.is_outside(y)
     }
 
     /// A branch point among facets of a curved wall, exact: within a tie the
@@ -501,33 +502,50 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         }
     }
 
-    /// The first fence that the way to `y` crosses outwards.
+    /// The first fence that the contour crosses outwards on the way to `y`.
+    ///
+    /// The chord only proposes fences: near a corner of the patch the contour
+    /// may pass on the other side of it than its chord. Where the contour
+    /// itself meets the line of a fence decides.
     fn fence(&self, fences: &[Fence], y: DVec3, pair: Pair) -> Option<(DVec3, Exit)> {
-        const SLACK: f64 = 1e-9;
-        let mut first: Option<(f64, usize)> = None;
+        let chord = y - self.x;
+        let sagitta = SAGITTA * chord.length() + 2.0 * self.tie;
+        let mut first: Option<(f64, DVec3, usize)> = None;
         for (k, fence) in fences.iter().enumerate() {
             let along = fence.to - fence.from;
+            let length = along.length();
+            let along = along / length.max(f64::MIN_POSITIVE);
             let inside = self.region.normal.cross(along).normalize_or_zero();
             let (a, b) = (inside.dot(self.x - fence.from), inside.dot(y - fence.from));
             if b >= 0.0 || a <= b || a < -self.tie {
                 continue;
             }
             let s = (a / (a - b)).clamp(0.0, 1.0);
-            let place = (self.x.lerp(y, s) - fence.from).dot(along) / along.length_squared();
-            if (-SLACK..=1.0 + SLACK).contains(&place) && first.is_none_or(|f| s < f.0) {
-                first = Some((s, k));
+            let guess = self.x + s * chord;
+            let off = |p: DVec3| {
+                let place = (p - fence.from).dot(along);
+                (-place).max(place - length)
+            };
+            if off(guess) > sagitta {
+                continue;
+            }
+            let third = Condition::plane(inside, fence.from);
+            let at = self
+                .correct(guess, third, pair, sagitta + 0.3 * chord.length())
+                .unwrap_or(guess);
+            let way = (at - self.x).dot(chord);
+            if off(at) <= self.tie && first.is_none_or(|f| way < f.0) {
+                first = Some((way, at, k));
             }
         }
-        let (s, k) = first?;
-        let inside = self
-            .region
-            .normal
-            .cross(fences[k].to - fences[k].from)
-            .normalize_or_zero();
-        let guess = self.x.lerp(y, s);
-        let third = Condition::plane(inside, fences[k].from);
-        let at = self.correct(guess, third, pair, self.size).unwrap_or(guess);
-        Some((at, Exit::Fence(k)))
+        first.map(|(_, at, k)| (at, Exit::Fence(k)))
+    }
+
+    /// Whether a step on a patch of coping ends off the coping: it passed the
+    /// outline unseen.
+    fn off_patch(&self, y: DVec3) -> bool {
+        matches!(self.region.barrier, Barrier::Fences(_))
+            && self.probe.field().nearest_coping(y, self.tie).is_none()
     }
 
     /// The point of the contour on the coping, starting from a guess.

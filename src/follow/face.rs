@@ -175,6 +175,10 @@ impl Work<'_> {
         {
             return;
         }
+        if probe.is_outside(seed.at) {
+            self.out.lost.push(seed.at);
+            return;
+        }
         match seed.border {
             Some((coping, pair)) => {
                 let into = -probe.field().normal(coping);
@@ -335,6 +339,7 @@ impl Work<'_> {
         let index = match best {
             Some(k) if self.used[side][k] => return None,
             Some(k) => k,
+            None if probe.is_outside(at) => return None,
             None => {
                 let (p, q) = self.region.side(side);
                 let way = if self.low_first[side] { q - p } else { p - q };

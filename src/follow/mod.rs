@@ -96,6 +96,12 @@ impl<'a> Probe<'a> {
         self.walls.field().footpoint(p)
     }
 
+    /// Whether a point lies outside the part by more than a tie: nothing there
+    /// is ever followed.
+    pub fn is_outside(&self, x: DVec3) -> bool {
+        self.field().signed_clearance(x) < -self.walls.tolerances().tie
+    }
+
     /// Whether the pair still makes a mid-surface at `x`.
     pub fn separate(&self, x: DVec3, a: FaceId, b: FaceId) -> bool {
         let field = self.field();

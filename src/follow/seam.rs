@@ -350,11 +350,7 @@ pub fn follow(
             }
         }
         // A curve may bulge into the part where its chord does not.
-        if first
-            && cage.may_leave_part
-            && left_part.is_none()
-            && probe.field().signed_clearance(y) < -tie
-        {
+        if cage.may_leave_part && left_part.is_none() && probe.is_outside(y) {
             length = stride * 0.4;
             continue;
         }
