@@ -7,15 +7,16 @@ use thiserror::Error;
 
 use crate::field::Field;
 use crate::field::thickness::ThicknessProfile;
-use crate::field::walls::{Separation, Walls};
 use crate::lattice::Lattice;
-use crate::memory::TooFine;
 use crate::mesh::Part;
-use crate::mesh::midsurface::MidSurface;
-use crate::post::graph::{Crack, SheetGraph};
-use crate::post::{clean, graph};
-use crate::progress::Progress;
-use crate::trace::Tracer;
+use crate::reshape::clean;
+use crate::settings::memory::TooFine;
+use crate::settings::progress::Progress;
+use crate::surface::MidSurface;
+use crate::surface::graph;
+use crate::surface::graph::{Crack, SheetGraph};
+use crate::trace::walk::Tracer;
+use crate::walls::{Separation, Walls};
 
 /// Edge length of a lattice cell.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -7,20 +7,17 @@
 //! way through the rooms:
 //!
 //! ```text
-//! io, tags -> mesh -> field -> lattice -> vertices -> follow -> assembly -> post -> io
-//!                                └────────── trace ──────────┘
+//! io, coping -> mesh -> field -> walls -> trace -> reshape -> surface -> io
 //! ```
 //!
-//! * [`io`] and [`tags`] read and write files; nothing else touches any.
-//! * [`mesh`]: the checked part, and the result.
-//! * [`field`]: nearest wall, insidedness, segment hits, and what is one wall.
-//!   No later room reads triangles.
+//! * [`io`] and [`coping`] read and write files; nothing else touches any.
+//! * [`mesh`]: the checked part.
+//! * [`field`]: nearest wall, insidedness, segment hits.
+//! * [`walls`]: what is one wall.
 //! * [`lattice`]: integer names of cells, tetrahedra, faces and edges.
-//! * [`vertices`]: crossings of one lattice edge.
-//! * [`follow`]: contours in a face, seams and borders through a tetrahedron.
-//! * [`assembly`]: loops and triangles of a tetrahedron, and the raw mesh.
-//! * [`trace`]: walks the lattice where the mid-surface leads, in parallel.
-//! * [`post`]: clean-up, then sheets, seams, borders and what to say of them.
+//! * [`trace`]: walks the lattice where the mid-surface leads.
+//! * [`reshape`] edits the traced mesh: clean-up.
+//! * [`surface`]: the result: sheets, seams, borders and what to say of them.
 //!
 //! Beside that pipeline:
 //!
@@ -31,33 +28,32 @@
 //! * [`rethicken`]: solids of mid-surfaces with a ball at every vertex.
 //! * [`roundtrip`]: part to mid-surface to solid, and how far that is off.
 //! * [`subdivide`]: hollow solids from Catmull-Clark control meshes.
-//! * [`progress`] and [`memory`]: how all of these tell where they are, and
-//!   refuse what would not fit.
+//! * [`settings`]: what all of these are told, and how they tell where they are
+//!   and refuse what would not fit.
 
 // A library neither prints nor gives up.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 
-pub mod assembly;
+pub mod coping;
 pub mod dual_contour;
 pub mod extract;
 pub mod field;
-pub mod follow;
 pub mod io;
 pub mod lattice;
-pub mod memory;
 pub mod mesh;
 pub mod offset;
-pub mod post;
-pub mod progress;
+pub mod reshape;
 pub mod rethicken;
 pub mod roundtrip;
+pub mod settings;
 pub mod subdivide;
-pub mod tags;
+pub mod surface;
 pub mod thicken;
 pub mod trace;
-pub mod vertices;
+pub mod walls;
 
 pub use extract::{Cell, ExtractError, Extraction, Settings, extract};
-pub use mesh::midsurface::MidSurface;
+
 pub use mesh::{Part, PartOptions};
+pub use surface::MidSurface;

@@ -9,10 +9,10 @@ use std::process::Command;
 use std::time::Instant;
 
 use glam::DVec3;
+use midsurf::coping::read_tags;
 use midsurf::extract::{Cell, Extraction, Settings, extract};
 use midsurf::io::read_mesh;
 use midsurf::mesh::{Part, PartOptions, TriMesh};
-use midsurf::tags::read_tags;
 
 /// Active cells in the paper's example of 2,600 triangles.
 const PAPER_CELLS: f64 = 8500.0;

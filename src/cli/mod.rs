@@ -1,34 +1,19 @@
 //! The command line: raw flags, then checked settings, then the library.
 //!
-//! One file a command. Commands return a [`failure::Failure`]; it is printed here, in
-//! one place, and turned into the exit code.
+//! `commands` has a file a command, `shared` what several of them need. Commands
+//! return a [`shared::failure::Failure`]; it is printed here, in one place, and
+//! turned into the exit code.
 
-mod cell;
-mod closed_over;
-mod extract;
-mod failure;
-mod grid;
-mod hollow;
-mod info;
-mod input;
-mod memory;
-mod offset;
-mod progress;
-mod report;
-mod rethicken;
-mod roundtrip;
-mod run;
-mod solid;
-mod subdivide;
-mod tags;
-mod thicken;
-mod thickness;
+mod commands;
+mod shared;
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use miette::MietteHandlerOpts;
+
+use commands::{extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags, thicken};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -96,9 +81,4 @@ pub fn run() -> ExitCode {
             failure.exit_code()
         }
     }
-}
-
-/// Writes a line to stderr; a closed stderr is nobody's concern.
-fn say(line: std::fmt::Arguments<'_>) {
-    let _ = writeln!(io::stderr(), "{line}");
 }

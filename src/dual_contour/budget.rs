@@ -3,8 +3,8 @@
 use thiserror::Error;
 
 use super::grid::{Grid, Precision};
-use crate::memory::TooFine;
 use crate::mesh::Bounds;
+use crate::settings::memory::TooFine;
 
 /// Bytes that an active cell takes at the peak, measured; for the memory bound.
 const BYTES_PER_CELL: f64 = 400.0;

@@ -55,7 +55,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::mesh::TriMesh;
-use crate::progress::Progress;
+use crate::settings::progress::Progress;
 use band::Band;
 use cells::Cells;
 use edges::Edges;

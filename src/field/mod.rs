@@ -26,7 +26,6 @@
 //!   measured in f64.
 
 pub mod thickness;
-pub mod walls;
 
 mod along;
 mod block;

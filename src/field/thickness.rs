@@ -122,7 +122,7 @@ impl ThicknessProfile {
                 if let Some((centre, touch)) = maximal_ball(field, face, p) {
                     let (u, v) = (p - centre, touch.point - centre);
                     let angle = u.cross(v).length().atan2(u.dot(v)).to_degrees();
-                    if angle > super::walls::MAX_FIN_ANGLE {
+                    if angle > crate::walls::MAX_FIN_ANGLE {
                         samples.push((p.distance(touch.point), share));
                     }
                 }

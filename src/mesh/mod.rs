@@ -9,8 +9,8 @@ mod edges;
 mod error;
 mod intersect;
 mod measure;
-pub mod midsurface;
 mod orient;
+pub mod sets;
 mod weld;
 
 use glam::DVec3;

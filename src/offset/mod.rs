@@ -25,7 +25,7 @@ use thiserror::Error;
 use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Precision, Work};
 use crate::field::Field;
 use crate::mesh::{Bounds, Part, TriMesh, self_intersections};
-use crate::progress::Progress;
+use crate::settings::progress::Progress;
 use solid::OffsetSolid;
 
 /// What to offset by, and how finely.

@@ -43,7 +43,7 @@ use thiserror::Error;
 
 use crate::dual_contour::{self, Filters, Grid, GridError, Precision, Work};
 use crate::mesh::TriMesh;
-use crate::progress::Progress;
+use crate::settings::progress::Progress;
 use solid::SlabSolid;
 
 pub use surface::BallSurface;

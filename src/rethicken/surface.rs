@@ -5,7 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::RethickenError;
 use crate::mesh::Bounds;
-use crate::mesh::midsurface::{BorderKind, MidSurface, MidVertex, segments};
+use crate::surface::{BorderKind, MidSurface, MidVertex, segments};
 
 /// Triangles, any number of them to an edge, with the radius of a ball at
 /// every vertex.

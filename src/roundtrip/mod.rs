@@ -17,10 +17,10 @@ use thiserror::Error;
 
 use crate::extract::{self, ExtractError, Extraction, extract};
 use crate::field::Field;
-use crate::field::walls::{Separation, Walls};
 use crate::mesh::{FaceId, Part, TriMesh, self_intersections};
-use crate::progress::Progress;
 use crate::rethicken::{self, BallSurface, RethickenError, Rethickened, rethicken};
+use crate::settings::progress::Progress;
+use crate::walls::{Separation, Walls};
 use overlap::overlap;
 use pruned::Pruned;
 use samples::spread;

@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use crate::field::thickness::Ray;
-use crate::field::walls::{Walls, object_angle};
 use crate::field::{Field, Footpoint};
 use crate::mesh::{FaceId, Part, TriMesh};
+use crate::walls::{Walls, object_angle};
 
 /// Object angles below this, degrees, are bends of a round made of facets: a
 /// ball misses such an edge by less than 0.01 of its radius, and goes on along

@@ -15,7 +15,7 @@ use crate::dual_contour::Precision;
 use crate::field::Field;
 use crate::mesh::{FaceId, Part, PartError, PartOptions, TriMesh, self_intersections};
 use crate::offset::{self, OffsetError, hollowed, offset};
-use crate::progress::Progress;
+use crate::settings::progress::Progress;
 
 /// What to contour, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]

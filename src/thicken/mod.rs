@@ -51,7 +51,7 @@ use thiserror::Error;
 
 use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Precision, Work};
 use crate::mesh::{Bounds, TriMesh, self_intersections, weld_exact};
-use crate::progress::Progress;
+use crate::settings::progress::Progress;
 use patch::Patch;
 use solid::ThickSolid;
 

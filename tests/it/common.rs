@@ -249,7 +249,7 @@ pub fn fixture_part(name: &str) -> (TriMesh, Vec<bool>) {
     let file = fixture(&format!("{name}.obj"));
     let loaded = midsurf::io::read_mesh(&file).unwrap();
     let tags = fixture(&format!("{name}.coping.txt"));
-    let flags = midsurf::tags::read_tags(tags, &loaded, &file)
+    let flags = midsurf::coping::read_tags(tags, &loaded, &file)
         .unwrap()
         .flags;
     (loaded.mesh, flags)

@@ -4,11 +4,11 @@
 use glam::DVec3;
 use midsurf::extract::{Cell, Extraction, Settings, extract};
 use midsurf::field::Field;
-use midsurf::field::walls::{Separation, Walls};
-use midsurf::follow::Probe;
-use midsurf::mesh::midsurface::VertexKind;
 use midsurf::mesh::{Part, PartOptions};
-use midsurf::vertices::{bisect, crossings, sample_node};
+use midsurf::surface::VertexKind;
+use midsurf::trace::edge::{bisect, crossings, sample_node};
+use midsurf::trace::probe::Probe;
+use midsurf::walls::{Separation, Walls};
 
 use crate::common::fixture_part;
 
@@ -99,7 +99,7 @@ fn borders_lie_on_coping() {
         for border in surface
             .borders
             .iter()
-            .filter(|b| b.kind == midsurf::mesh::midsurface::BorderKind::Coping)
+            .filter(|b| b.kind == midsurf::surface::BorderKind::Coping)
         {
             for pair in border.path.windows(2) {
                 let [p, q] = [pair[0], pair[1]].map(|v| surface.vertices[v as usize].position);

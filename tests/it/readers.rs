@@ -1,9 +1,9 @@
 //! Mesh readers on good, odd and broken files.
 
 use glam::DVec3;
+use midsurf::coping::read_tags;
 use midsurf::io::{MeshFormat, Place, read_mesh};
 use midsurf::mesh::{FaceId, Part, PartOptions};
-use midsurf::tags::read_tags;
 use proptest::prelude::*;
 
 use crate::common::{

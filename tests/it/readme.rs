@@ -1,6 +1,6 @@
 //! The README keeps its promises.
 
-use midsurf::mesh::midsurface::MidSurface;
+use midsurf::surface::MidSurface;
 
 use crate::common::{Desk, text};
 
@@ -26,7 +26,7 @@ fn example() -> Result<MidSurface, Box<dyn std::error::Error>> {
     use midsurf::extract::{Cell, Settings, extract};
     use midsurf::io::read_mesh;
     use midsurf::mesh::{Part, PartOptions};
-    use midsurf::tags::read_tags;
+    use midsurf::coping::read_tags;
 
     let loaded = read_mesh("fixtures/tee.obj")?;
     let coping = read_tags("fixtures/tee.coping.txt", &loaded, "fixtures/tee.obj".as_ref())?;

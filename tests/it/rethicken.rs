@@ -4,12 +4,10 @@ use glam::DVec3;
 use midsurf::extract::{Cell, Settings as ExtractSettings, extract};
 use midsurf::io::write::{SurfaceFormat, SurfaceOptions, write_surface};
 use midsurf::io::{RadiusSource, read_mesh, read_surface};
-use midsurf::mesh::midsurface::{
-    BorderKind, BorderLine, MidSurface, MidTriangle, MidVertex, VertexKind,
-};
 use midsurf::mesh::{EdgeUses, Part, PartOptions, TriMesh, self_intersections};
 use midsurf::rethicken::{BallSurface, Settings, rethicken};
 use midsurf::roundtrip::{self, Comparison};
+use midsurf::surface::{BorderKind, BorderLine, MidSurface, MidTriangle, MidVertex, VertexKind};
 use serde_json::Value;
 use smallvec::SmallVec;
 

@@ -4,7 +4,7 @@
 use midsurf::extract::{Cell, Settings, extract};
 use midsurf::io::{MeshFormat, read_mesh_bytes};
 use midsurf::mesh::{Part, PartOptions};
-use midsurf::post::listing::listing;
+use midsurf::surface::listing::listing;
 
 use crate::common::fixture_part;
 

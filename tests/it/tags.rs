@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::DVec3;
+use midsurf::coping::{Coping, TagError, geometry_checksum, read_tags_bytes};
 use midsurf::io::{LoadedMesh, MeshFormat, read_mesh};
-use midsurf::tags::{Coping, TagError, geometry_checksum, read_tags_bytes};
 use proptest::prelude::*;
 
 use crate::common::{cuboid, fixture, join, obj_text, read, stl_bytes};

@@ -8,7 +8,7 @@ use midsurf::io::write::{
 };
 use midsurf::io::{MeshFormat, read_mesh};
 use midsurf::mesh::FaceId;
-use midsurf::mesh::midsurface::{
+use midsurf::surface::{
     BorderKind, BorderLine, MidSurface, MidTriangle, MidVertex, SeamLine, VertexKind,
 };
 

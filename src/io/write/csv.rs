@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use crate::mesh::midsurface::MidSurface;
+use crate::surface::MidSurface;
 
 pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "vertex_index,thickness,radius")?;

@@ -22,7 +22,7 @@ pub use painted::stage_deviation;
 pub use solid::{Shade, SolidFormat, stage_solid, write_solid};
 pub use stage::{Staged, check_target, stage};
 
-use crate::mesh::midsurface::{BorderKind, MidSurface, VertexKind};
+use crate::surface::{BorderKind, MidSurface, VertexKind};
 
 /// Why an output file cannot be written.
 #[derive(Debug, Error, Diagnostic)]

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::SurfaceOptions;
-use crate::mesh::midsurface::{BorderKind, MidSurface, segments};
+use crate::surface::{BorderKind, MidSurface, segments};
 
 pub(super) fn write(
     surface: &MidSurface,

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use super::{border_code, vertex_code};
 use crate::mesh::TriMesh;
-use crate::mesh::midsurface::{MidSurface, VertexKind, segments};
+use crate::surface::{MidSurface, VertexKind, segments};
 
 /// A number and a colour for it at every vertex.
 pub(super) struct Paint<'a> {

@@ -16,7 +16,7 @@
 use std::io::{self, Write};
 
 use super::{border_code, vertex_code};
-use crate::mesh::midsurface::{MidSurface, VertexKind, segments};
+use crate::surface::{MidSurface, VertexKind, segments};
 
 /// VTK's number for a two-node line.
 const VTK_LINE: u8 = 3;

@@ -1,0 +1,257 @@
+//! What the commands that offset a closed part have in common: flags, the
+//! run, the report.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use midsurf::dual_contour::Work;
+use midsurf::extract::Cell;
+use midsurf::mesh::{PartOptions, TriMesh};
+use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
+use serde_json::{Value, json};
+
+use crate::cli::shared::cell::CellSize;
+use crate::cli::shared::console::say;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Input, Warning, print_warnings};
+use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::numbers::figure;
+use crate::cli::shared::run::RunArgs;
+use crate::cli::shared::solid::{SolidArgs, summary};
+
+/// Version of the JSON report's layout; raised when a reader must change.
+const SCHEMA: u32 = 1;
+
+/// Flags of `offset` and `hollow`.
+#[derive(clap::Args)]
+pub(crate) struct ClosedPartArgs {
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
+    part: PathBuf,
+    /// Cell size: a length, `1%` (of the part's diagonal), or auto (256 cells along the result)
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "auto",
+        allow_negative_numbers = true
+    )]
+    cell: CellSize,
+    /// Split chords that stray farther than this from the offset [default: 0.2% of the distance]
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    #[command(flatten)]
+    solid: SolidArgs,
+    /// Merge vertices of the part within this distance
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
+    weld: Option<f64>,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
+    run: RunArgs,
+    /// Print what each stage took and left
+    #[arg(short, long, conflicts_with = "quiet")]
+    verbose: bool,
+}
+
+/// Offsets the part, makes the result of it and writes that.
+pub(crate) fn run(
+    args: &ClosedPartArgs,
+    command: &str,
+    distance: f64,
+    finish: impl Fn(&Input, TriMesh) -> TriMesh,
+) -> Result<ExitCode, Failure> {
+    let inputs = [(args.part.as_path(), "part")];
+    args.solid.check_names(&inputs, &args.run)?;
+    let start = Instant::now();
+    let progress = args.run.start();
+    let options = PartOptions {
+        allow_open: false,
+        weld: args.weld,
+    };
+    let mut input = Input::read(&args.part, None, options)?;
+    // Tags have no meaning here, so none are missing.
+    input.warnings.retain(|warning| warning.code != "no_coping");
+    let read_seconds = start.elapsed().as_secs_f64();
+
+    let settings = args.settings(&input, distance)?;
+    let show = |stage, done, expected| progress.show(stage, done, expected);
+    let mut result = offset(&input.part, &settings, &show)
+        .map_err(|error| failure(&error, &args.part, command))?;
+    let mut warnings = std::mem::take(&mut input.warnings);
+    warnings.extend(result.warnings.iter().map(|w| explain(*w, distance)));
+
+    progress.show("writing", 0, 0);
+    let begin = Instant::now();
+    let mesh = finish(&input, std::mem::take(&mut result.mesh));
+    let staged = args.solid.stage(&mesh, None)?;
+    let seconds = json!({
+        "read": read_seconds,
+        "field": result.field_seconds,
+        "band": result.work.band_seconds,
+        "contour": result.work.contour_seconds,
+        "write": begin.elapsed().as_secs_f64(),
+        "total": start.elapsed().as_secs_f64(),
+    });
+    let report = json!({
+        "schema": SCHEMA,
+        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": command },
+        "input": {
+            "part": input.file,
+            "sha256": input.sha256,
+            "geometry": input.geometry,
+            "triangles": input.part.triangle_count(),
+            "volume": input.part.volume(),
+            "area": input.part.area(),
+        },
+        "settings": {
+            "distance": distance,
+            "cell": args.cell,
+            "cell_length": settings.cell,
+            "tolerance": settings.tolerance,
+            "precision": settings.precision,
+            "memory_limit": args.memory.memory_limit,
+            "threads": rayon::current_num_threads(),
+            "weld": args.weld,
+        },
+        "result": {
+            "vertices": mesh.positions.len(),
+            "triangles": mesh.triangles.len(),
+            "volume": mesh.volume(),
+            "area": mesh.area(),
+            "corner_deviation": result.corner_deviation,
+            "centre_deviation": result.centre_deviation,
+        },
+        "work": work_json(&result.work),
+        "seconds": seconds,
+        "peak_memory": peak(),
+        "outputs": args.solid.output,
+        "warnings": warnings,
+    });
+    args.run.finish(staged, &report)?;
+    drop(progress);
+    if !args.run.quiet {
+        print_warnings(&warnings);
+        summary(&mesh);
+        say(format_args!(
+            "off the offset by {} at most, {} in the mean (of the distance: {} and {})",
+            figure(result.centre_deviation.max),
+            figure(result.centre_deviation.mean),
+            figure(result.centre_deviation.max / distance.abs()),
+            figure(result.centre_deviation.mean / distance.abs()),
+        ));
+    }
+    if args.verbose {
+        details(&result);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+impl ClosedPartArgs {
+    fn settings(&self, input: &Input, distance: f64) -> Result<Settings, Failure> {
+        let mut settings = Settings::new(&input.part, distance);
+        settings.cell = match self.cell.0 {
+            Cell::Auto => settings.cell,
+            Cell::Length(length) => length,
+            Cell::Percent(percent) => 0.01 * percent * input.part.bounds().diagonal(),
+            Cell::Thicknesses(_) => {
+                return Err(Failure::usage(
+                    "a cell size in wall thicknesses means nothing here",
+                    "give --cell a length, or a share of the diagonal as 0.5%",
+                ));
+            }
+        };
+        if let Some(tolerance) = self.tolerance {
+            settings.tolerance = tolerance;
+        }
+        settings.memory_limit = self.memory.memory_limit.0;
+        settings.precision = self.solid.precision();
+        Ok(settings)
+    }
+}
+
+/// What each stage took and left, for `--verbose`.
+fn details(result: &Offset) {
+    let f = &result.work.filters;
+    let c = &result.work.crossings;
+    say(format_args!(
+        "nodes: {} in the grid, {} after boxes, {} after signs; {} distances ({} of them for boxes), {} valid",
+        f.nodes, f.after_boxes, f.after_signs, f.distances, f.box_tests, f.valid
+    ));
+    let share = |n: u64| 100.0 * n as f64 / c.edges.max(1) as f64;
+    let upto: u64 = c.by_splits[..=6].iter().sum();
+    say(format_args!(
+        "crossings: {}; {:.1}% at once, {:.1}% after one split, {:.1}% after two, {:.1}% within six",
+        c.edges,
+        share(c.by_splits[0]),
+        share(c.by_splits[1]),
+        share(c.by_splits[2]),
+        share(upto)
+    ));
+    let [cells, faces, edges] = result.work.vertices;
+    say(format_args!(
+        "vertices: {cells} in cells, {faces} on faces, {edges} on edges, {} mended; {} closest-point queries",
+        result.work.mends.split, result.work.queries
+    ));
+    say(format_args!(
+        "seconds: field {:.3}, band {:.3}, contour {:.3}",
+        result.field_seconds, result.work.band_seconds, result.work.contour_seconds
+    ));
+}
+
+/// The grid's work, for reports.
+pub(crate) fn work_json(work: &Work) -> Value {
+    json!({
+        "filters": work.filters,
+        "crossings": work.crossings,
+        "cell_vertices": work.vertices[0],
+        "face_vertices": work.vertices[1],
+        "edge_vertices": work.vertices[2],
+        "rings": work.rings,
+        "mends": work.mends,
+        "queries": work.queries,
+    })
+}
+
+fn explain(warning: OffsetWarning, distance: f64) -> Warning {
+    let (code, message) = match warning {
+        OffsetWarning::SelfIntersecting { pairs } => (
+            "self_intersecting",
+            format!(
+                "the part cuts through itself ({pairs} pairs of triangles): inside is told by winding number{}",
+                if distance < 0.0 {
+                    ", and surface that lies inside keeps its distance too"
+                } else {
+                    ""
+                }
+            ),
+        ),
+        OffsetWarning::NotManifold => (
+            "not_manifold",
+            "the part is no clean closed surface: inside is told by winding number".to_owned(),
+        ),
+        OffsetWarning::CoarseCell => (
+            "coarse_cell",
+            "the cell is larger than the distance: walls and gaps thinner than a cell may be missed"
+                .to_owned(),
+        ),
+    };
+    Warning { code, message }
+}
+
+fn failure(error: &OffsetError, part: &Path, command: &str) -> Failure {
+    let message = format!("{}: {error}", part.display());
+    let help = match error {
+        OffsetError::BadDistance(_) if command == "hollow" => "give --thickness a positive length",
+        OffsetError::BadDistance(_) => {
+            "give --distance a positive length to grow, a negative one (--distance=-2) to shrink"
+        }
+        OffsetError::BadCell(_) => "give --cell a positive length, or leave it away",
+        OffsetError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
+        OffsetError::Open => "`midsurf info PART` counts the open edges",
+        OffsetError::Grid(error) => Failure::grid_help(error),
+        OffsetError::Empty(_) => {
+            return Failure::no_result(message, "take a smaller distance or a smaller --cell");
+        }
+    };
+    Failure::usage(message, help)
+}

@@ -1,0 +1,217 @@
+//! `midsurf extract`: part and tags in, mid-surface and report out.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use midsurf::extract::{DEFAULT_ANGLE, Settings, extract};
+use midsurf::io::write::{Staged, SurfaceOptions, files_for, stage_surface};
+use midsurf::mesh::PartOptions;
+use midsurf::surface::MidSurface;
+use midsurf::surface::listing::listing;
+
+use super::extract_report::{Report, Seconds};
+use crate::cli::shared::cell::CellSize;
+use crate::cli::shared::console::say;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Input, print_warnings};
+use crate::cli::shared::memory::MemoryArgs;
+use crate::cli::shared::numbers::{angle, figure, positive};
+use crate::cli::shared::run::RunArgs;
+
+const EXAMPLES: &str = "\
+Examples:
+  midsurf extract bracket.obj --coping bracket.coping.txt -o mid.obj
+  midsurf extract part.stl --coping part.toml --cell 0.5t -o mid.vtu -o mid.ply
+  midsurf extract part.obj --coping part.coping.txt --cell 1.0 -o mid.obj --json report.json
+
+The suffix of -o tells the format: .obj (one group a sheet, with NAME.thickness.csv
+beside it), .ply and .vtu (with thickness), .stl. Without -o only the summary is
+printed.
+
+A sheet ends where the angle between its two footpoints falls below --angle: a
+web a quarter as thick as the wall that it stands on still has 28 degrees there.
+Fins into sharp outer corners are dropped at any angle, unless --keep-fins.
+
+Features smaller than two cells (a vent, a small hole) may be closed over; the
+report says which. A cell so small that the lattice would need more than
+--memory-limit is refused, with the smallest cell that fits.
+
+An open part is refused;
+--allow-open goes on all the same, but inside and outside are then guesses near
+the gaps, and sheets may be missing or cut short there.
+
+Exit codes: 0 done, 1 done but the result has cracks, 2 wrong usage or bad input,
+4 no usable result, 130 interrupted.";
+
+/// Extract the mid-surface of a part.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
+    pub(crate) part: PathBuf,
+    /// Coping tags: text, or TOML if the name ends in .toml
+    #[arg(long, value_name = "FILE")]
+    pub(crate) coping: Option<PathBuf>,
+    /// Cell size: a length, `0.5t` (wall thicknesses), `1%` (of the diagonal), or auto
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "auto",
+        allow_negative_numbers = true
+    )]
+    pub(crate) cell: CellSize,
+    /// Smallest object angle of a sheet in degrees, between 0 and 180
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = DEFAULT_ANGLE,
+        value_parser = angle,
+        allow_negative_numbers = true
+    )]
+    pub(crate) angle: f64,
+    /// Output file; repeat for several formats
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+    /// Print all sheets, seams, borders and junctions to stdout, sorted by place
+    #[arg(long)]
+    list: bool,
+    /// Keep the fins that run into convex edges of one wall
+    #[arg(long)]
+    pub(crate) keep_fins: bool,
+    /// Go on when the part has gaps
+    #[arg(long)]
+    pub(crate) allow_open: bool,
+    /// Merge vertices of the part within this distance
+    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) weld: Option<f64>,
+    #[command(flatten)]
+    pub(crate) memory: MemoryArgs,
+    /// Write seams and borders into OBJ files too, as lines
+    #[arg(long)]
+    pub(crate) obj_lines: bool,
+    #[command(flatten)]
+    run: RunArgs,
+    /// Print more; twice for all
+    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
+    verbose: u8,
+}
+
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    check_names(&args)?;
+    if args.list && args.run.reports_to_stdout() {
+        return Err(Failure::usage(
+            "--list and `--json -` both want standard output",
+            "give the report a file: --json FILE",
+        ));
+    }
+    let start = Instant::now();
+    let progress = args.run.start();
+    let options = PartOptions {
+        allow_open: args.allow_open,
+        weld: args.weld,
+    };
+    let input = Input::read(&args.part, args.coping.as_deref(), options)?;
+    let read = start.elapsed().as_secs_f64();
+    if !args.run.quiet {
+        progress.aside(|| print_warnings(&input.warnings));
+    }
+    if args.verbose > 0 {
+        progress.aside(|| describe(&input));
+    }
+    let show = |stage, done, expected| progress.show(stage, done, expected);
+    let result = extract(&input.part, &args.settings(), &show)
+        .map_err(|error| Failure::extract(&error, &args.part))?;
+    if result.surface.triangles.is_empty() {
+        return Err(Failure::no_result(
+            format!("{}: no mid-surface was found", args.part.display()),
+            "check the coping tags with `midsurf tags PART TAGS`, and take a smaller --cell",
+        ));
+    }
+
+    progress.show("writing", 0, 0);
+    let staged = stage_outputs(&args, &result.surface)?;
+    let seconds = Seconds {
+        read,
+        write: start.elapsed().as_secs_f64() - read - Seconds::of_work(&result.work),
+        total: start.elapsed().as_secs_f64(),
+    };
+    let report = Report::new(&input, &result, seconds);
+    let report_json = report.json(&args, &input, &result);
+    args.run.finish(staged, &report_json)?;
+    drop(progress);
+    if args.list {
+        let mut out = io::stdout().lock();
+        out.write_all(listing(&result.surface, &result.graph).as_bytes())?;
+        out.flush()?;
+    }
+    if !args.run.quiet {
+        print_warnings(&report.warnings);
+        for line in report.summary(&result, args.verbose) {
+            say(format_args!("{line}"));
+        }
+    }
+    Ok(if result.cracks.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
+}
+
+impl Args {
+    fn settings(&self) -> Settings {
+        Settings {
+            cell: self.cell.0,
+            min_angle: self.angle,
+            keep_fins: self.keep_fins,
+            memory_limit: self.memory.memory_limit.0,
+        }
+    }
+}
+
+/// What was read, for `--verbose`.
+fn describe(input: &Input) {
+    say(format_args!(
+        "{}: {} triangles, {} of them coping, diagonal {}",
+        input.file.display(),
+        input.part.triangle_count(),
+        input.part.coping_count(),
+        figure(input.part.bounds().diagonal())
+    ));
+    for rule in &input.rules {
+        say(format_args!(
+            "  {}: {} triangles, area {}",
+            rule.name,
+            rule.count,
+            figure(rule.area)
+        ));
+    }
+}
+
+/// Refuses file names that could not be written or are named twice.
+fn check_names(args: &Args) -> Result<(), Failure> {
+    let mut inputs = vec![(args.part.as_path(), "part")];
+    inputs.extend(
+        args.coping
+            .iter()
+            .map(|file| (file.as_path(), "coping tags")),
+    );
+    let mut files = Vec::new();
+    for output in &args.output {
+        files.extend(files_for(output).map_err(Failure::input)?);
+    }
+    args.run.check_names(&inputs, files)
+}
+
+/// Writes the surface under passing names.
+fn stage_outputs(args: &Args, surface: &MidSurface) -> Result<Vec<Staged>, Failure> {
+    let options = SurfaceOptions {
+        obj_lines: args.obj_lines,
+    };
+    let mut staged = Vec::new();
+    for file in &args.output {
+        staged.extend(stage_surface(surface, file, options).map_err(Failure::output)?);
+    }
+    Ok(staged)
+}

@@ -1,0 +1,361 @@
+//! The report of an extraction: as JSON, and as a summary for people.
+
+use glam::DVec3;
+use midsurf::extract::{Extraction, Work};
+use midsurf::surface::listing::{Summary, summary};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::closed_over::{ClosedOver, closed_over};
+use super::extract::Args;
+use super::thickness::Thickness;
+use crate::cli::shared::input::{Input, Warning};
+use crate::cli::shared::memory::{Bytes, peak};
+use crate::cli::shared::numbers::figure;
+
+/// Version of the JSON report's layout; raised when a reader must change.
+const SCHEMA: u32 = 1;
+
+/// Cracks that the report states with their place; all are counted.
+const CRACKS_SHOWN: usize = 1000;
+
+/// Places that a warning names before the list is cut short.
+const PLACES_NAMED: usize = 5;
+
+/// Wall-clock seconds that the command itself measured.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Seconds {
+    /// Reading and checking the input.
+    pub(crate) read: f64,
+    /// Writing the output files.
+    pub(crate) write: f64,
+    /// All up to the report.
+    pub(crate) total: f64,
+}
+
+impl Seconds {
+    /// Seconds of the extraction's stages.
+    pub(crate) fn of_work(work: &Work) -> f64 {
+        work.field_seconds + work.trace_seconds + work.mesh_seconds
+    }
+}
+
+/// What is worth telling of an extraction.
+pub(crate) struct Report {
+    figures: Summary,
+    thickness: Option<Thickness>,
+    closed_over: Vec<ClosedOver>,
+    seconds: Seconds,
+    peak: Option<Bytes>,
+    /// Those of the result; the input has its own.
+    pub(crate) warnings: Vec<Warning>,
+}
+
+impl Report {
+    pub(crate) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
+        let closed_over = closed_over(&input.part, &result.surface, result.work.cell);
+        Report {
+            figures: summary(&result.surface, &result.graph),
+            thickness: Thickness::of(&result.surface),
+            warnings: warnings(result, &closed_over),
+            closed_over,
+            seconds,
+            peak: peak(),
+        }
+    }
+
+    /// The report as JSON.
+    pub(crate) fn json(&self, args: &Args, input: &Input, result: &Extraction) -> Value {
+        let Extraction { work, cracks, .. } = result;
+        let bounds = input.part.bounds();
+        let warnings: Vec<&Warning> = input.warnings.iter().chain(&self.warnings).collect();
+        json!({
+            "schema": SCHEMA,
+            "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
+            "input": {
+                "part": input.file,
+                "sha256": input.sha256,
+                "geometry": input.geometry,
+                "coping": args.coping,
+                "triangles": input.part.triangle_count(),
+                "coping_triangles": input.part.coping_count(),
+                "closed": input.part.is_closed(),
+                "volume": input.part.volume(),
+                "area": input.part.area(),
+                "min": bounds.min,
+                "max": bounds.max,
+                "coping_rules": input.rules.len(),
+            },
+            "settings": {
+                "cell": args.cell,
+                "cell_length": work.cell,
+                "angle": args.angle,
+                "keep_fins": args.keep_fins,
+                "memory_limit": args.memory.memory_limit,
+                "threads": rayon::current_num_threads(),
+                "allow_open": args.allow_open,
+                "weld": args.weld,
+                "obj_lines": args.obj_lines,
+            },
+            "result": self.result(result),
+            "cracks": cracks.len(),
+            "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],
+            "closed_over": self.closed_over,
+            "work": {
+                "cells": work.cells,
+                "tetrahedra": work.tetrahedra,
+                "faces": work.faces,
+                "edges": work.edges,
+                "queries": work.queries,
+                "queries_per_edge": work.queries_per_edge,
+                "lost": work.lost,
+            },
+            "seconds": {
+                "read": self.seconds.read,
+                "field": work.field_seconds,
+                "trace": work.trace_seconds,
+                "mesh": work.mesh_seconds,
+                "write": self.seconds.write,
+                "total": self.seconds.total,
+            },
+            "peak_memory": self.peak,
+            "outputs": args.output,
+            "warnings": warnings,
+        })
+    }
+
+    /// What came out.
+    fn result(&self, result: &Extraction) -> Value {
+        let Extraction { surface, graph, .. } = result;
+        let seams = surface.seams.iter().zip(graph.seams());
+        let seams = seams.map(|(line, data)| {
+            json!({
+                "sheets": line.sheets,
+                "length": data.length,
+                "closed": line.closed,
+                "ends": data.ends,
+            })
+        });
+        let borders = surface.borders.iter().zip(graph.borders());
+        let borders = borders.map(|(line, data)| {
+            json!({
+                "sheet": line.sheet,
+                "kind": line.kind,
+                "length": data.length,
+                "closed": line.closed,
+            })
+        });
+        let Summary {
+            counts,
+            area,
+            seam_length,
+            coping_border_length,
+            fading_border_length,
+            quality,
+            sheets,
+            ..
+        } = &self.figures;
+        json!({
+            "counts": counts,
+            "area": area,
+            "seam_length": seam_length,
+            "coping_border_length": coping_border_length,
+            "fading_border_length": fading_border_length,
+            "thickness": self.thickness,
+            "quality": quality,
+            "sheets": sheets,
+            "seams": seams.collect::<Vec<Value>>(),
+            "borders": borders.collect::<Vec<Value>>(),
+        })
+    }
+
+    /// The report in lines for stderr.
+    pub(crate) fn summary(&self, result: &Extraction, verbose: u8) -> Vec<String> {
+        let Extraction { work, cracks, .. } = result;
+        let Summary { counts, .. } = &self.figures;
+        let mut lines = vec![
+            format!(
+                "sheets       {}, area {}",
+                counts.sheets,
+                figure(self.figures.area)
+            ),
+            format!(
+                "seams        {}",
+                with_length(counts.seams, self.figures.seam_length)
+            ),
+            format!("junctions    {}", counts.junctions),
+            format!(
+                "borders      {} coping, {} fading, in {}",
+                with_length(counts.coping_borders, self.figures.coping_border_length),
+                with_length(counts.fading_borders, self.figures.fading_border_length),
+                counted(counts.boundary_components, "connected piece"),
+            ),
+            format!("cracks       {}", cracks.len()),
+        ];
+        if let Some(t) = self.thickness {
+            let [min, median, max] = [t.min, t.p50, t.max].map(figure);
+            lines.push(format!("thickness    {min} to {max}, median {median}"));
+        }
+        lines.push(format!(
+            "mesh         {} vertices, {} triangles, {}, Euler characteristic {}",
+            counts.vertices,
+            counts.triangles,
+            counted(counts.components, "component"),
+            counts.euler
+        ));
+        let angles = self.figures.quality;
+        lines.push(format!(
+            "angles       smallest {:.1} degrees, 1 % below {:.1}, median {:.1}",
+            angles.least, angles.percentile_1, angles.median
+        ));
+        lines.push(format!(
+            "cell         {}, {} active",
+            figure(work.cell),
+            work.cells
+        ));
+        lines.push(format!(
+            "queries      {}, {:.2} an edge",
+            work.queries, work.queries_per_edge
+        ));
+        let stages = [
+            ("read", self.seconds.read),
+            ("field", work.field_seconds),
+            ("trace", work.trace_seconds),
+            ("mesh", work.mesh_seconds),
+            ("write", self.seconds.write),
+        ];
+        let stages = stages
+            .map(|(name, seconds)| format!("{name} {seconds:.3}"))
+            .join(", ");
+        lines.push(format!("seconds      {:.3}: {stages}", self.seconds.total));
+        if let Some(peak) = self.peak {
+            lines.push(format!("memory       {peak} at the peak"));
+        }
+        if verbose > 0 {
+            for (number, sheet) in self.figures.sheets.iter().enumerate() {
+                let [area, min, max] =
+                    [sheet.area, sheet.thickness.min, sheet.thickness.max].map(figure);
+                lines.push(format!(
+                    "sheet {number:<6} area {area}, thickness {min} to {max}"
+                ));
+            }
+        }
+        if verbose > 1 {
+            lines.push(format!(
+                "lattice      {} tetrahedra, {} faces, {} edges solved",
+                work.tetrahedra, work.faces, work.edges
+            ));
+            for crack in cracks {
+                lines.push(format!(
+                    "crack        at {}, {} long",
+                    place(crack.at),
+                    figure(crack.length)
+                ));
+            }
+        }
+        lines
+    }
+}
+
+/// What is wrong or odd about a result.
+fn warnings(result: &Extraction, closed_over: &[ClosedOver]) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let mut warn = |code, message: String| {
+        warnings.push(Warning { code, message });
+    };
+    if !result.cracks.is_empty() {
+        let places = named(result.cracks.iter().map(|crack| crack.at));
+        let length: f64 = result.cracks.iter().map(|crack| crack.length).sum();
+        warn(
+            "cracks",
+            format!(
+                "the mid-surface has {}, {} long in all, at {places}: something is missing there; another --cell may help",
+                counted(result.cracks.len(), "crack"),
+                figure(length),
+            ),
+        );
+    }
+    let counts = result.graph.counts();
+    for (code, count, what) in [
+        (
+            "irregular_edges",
+            counts.irregular_edges,
+            "an edge joins three or more triangles but no seam was followed",
+        ),
+        (
+            "pinches",
+            counts.pinches,
+            "pieces hang together by a point only",
+        ),
+        (
+            "non_orientable",
+            counts.non_orientable_sheets,
+            "a sheet has one side only",
+        ),
+        (
+            "degenerate_triangles",
+            counts.degenerate_triangles,
+            "a triangle has no area to speak of",
+        ),
+        (
+            "lone_feet",
+            counts.lone_feet,
+            "a vertex has fewer than two separate footpoints and no sure thickness",
+        ),
+    ] {
+        if count > 0 {
+            warn(code, format!("{} where {what}", counted(count, "place")));
+        }
+    }
+    if result.work.lost > 0 {
+        warn(
+            "lost",
+            format!(
+                "followers stopped short at {}; what did not close otherwise is counted as a crack",
+                counted(result.work.lost, "place")
+            ),
+        );
+    }
+    if !closed_over.is_empty() {
+        let middles = closed_over
+            .iter()
+            .map(|piece| 0.5 * (DVec3::from(piece.min) + DVec3::from(piece.max)));
+        warn(
+            "closed_over",
+            format!(
+                "no border came out on {}, at {}: features smaller than two cells are closed over; a smaller --cell finds them",
+                counted(closed_over.len(), "coping face"),
+                named(middles)
+            ),
+        );
+    }
+    warnings
+}
+
+/// The first few of some places.
+fn named(places: impl ExactSizeIterator<Item = DVec3>) -> String {
+    let more = if places.len() > PLACES_NAMED {
+        " and more"
+    } else {
+        ""
+    };
+    let places: Vec<String> = places.take(PLACES_NAMED).map(place).collect();
+    format!("{}{more}", places.join(" "))
+}
+
+fn place(p: DVec3) -> String {
+    let [x, y, z] = p.to_array().map(figure);
+    format!("({x}, {y}, {z})")
+}
+
+fn with_length(count: usize, length: f64) -> String {
+    match count {
+        0 => "0".to_owned(),
+        _ => format!("{count} of length {}", figure(length)),
+    }
+}
+
+/// A number with its noun.
+fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}

@@ -1,0 +1,15 @@
+//! The commands, one file each.
+
+mod closed_over;
+mod closed_part;
+pub(crate) mod extract;
+mod extract_report;
+pub(crate) mod hollow;
+pub(crate) mod info;
+pub(crate) mod offset;
+pub(crate) mod rethicken;
+pub(crate) mod roundtrip;
+pub(crate) mod subdivide;
+pub(crate) mod tags;
+pub(crate) mod thicken;
+mod thickness;

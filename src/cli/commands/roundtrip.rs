@@ -1,0 +1,225 @@
+//! `midsurf roundtrip`: part to mid-surface to solid, and how close it comes.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use midsurf::extract::{self, DEFAULT_ANGLE};
+use midsurf::io::write::{SolidFormat, stage_deviation, stage_solid};
+use midsurf::mesh::PartOptions;
+use midsurf::roundtrip::{
+    Comparison, RoundTrip, RoundTripError, Settings, deviation_map, roundtrip,
+};
+use serde_json::json;
+
+use super::closed_part::work_json;
+use super::rethicken::{self, explain};
+use crate::cli::shared::cell::CellSize;
+use crate::cli::shared::console::say;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Input, Warning, print_warnings};
+use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::numbers::figure;
+use crate::cli::shared::run::RunArgs;
+
+/// Version of the JSON report's layout; raised when a reader must change.
+const SCHEMA: u32 = 1;
+
+/// Deviation that is painted in full colour, over the thickness.
+const FULL_COLOUR: f64 = 0.1;
+
+const EXAMPLES: &str = "\
+Examples:
+  midsurf roundtrip part.obj --coping part.coping.txt --json -
+  midsurf roundtrip part.obj --coping part.coping.txt --cell 0.33t -o deviation.ply --solid back.stl
+
+Extracts the mid-surface, thickens it again by its maximal balls, and measures
+how far the solid is from the part. Balls do not reach into convex corners whose
+fins the extraction leaves out: figures are given everywhere, and away from those.
+
+-o writes the part with the scalar `deviation` (positive where the solid sticks
+out), blue at -0.1 thicknesses, green at zero, red at 0.1.
+
+Exit codes: 0 done, 1 done but the mid-surface has cracks, 2 wrong usage or bad
+input, 4 no usable result.";
+
+/// Extract, thicken again, and compare with the part.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
+    part: PathBuf,
+    /// Coping tags: text, or TOML if the name ends in .toml
+    #[arg(long, value_name = "FILE")]
+    coping: Option<PathBuf>,
+    /// Cell size of the extraction: a length, `0.5t` (wall thicknesses), `1%` (of the diagonal), or auto
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "auto",
+        allow_negative_numbers = true
+    )]
+    cell: CellSize,
+    /// Smallest object angle of a sheet in degrees, between 0 and 180
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = DEFAULT_ANGLE,
+        value_parser = crate::cli::shared::numbers::angle,
+        allow_negative_numbers = true
+    )]
+    angle: f64,
+    /// Cell length of the solid [default: a quarter of the least thickness]
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
+    solid_cell: Option<f64>,
+    /// Write the part painted with its deviation (.ply)
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Write the solid (.stl, .obj, .ply)
+    #[arg(long, value_name = "FILE")]
+    solid: Option<PathBuf>,
+    /// Merge vertices of the part within this distance
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
+    weld: Option<f64>,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    if let Some(file) = &args.solid {
+        SolidFormat::of(file).map_err(Failure::input)?;
+    }
+    let mut inputs = vec![(args.part.as_path(), "part")];
+    inputs.extend(
+        args.coping
+            .iter()
+            .map(|file| (file.as_path(), "coping tags")),
+    );
+    let files = args.output.iter().chain(&args.solid).cloned().collect();
+    args.run.check_names(&inputs, files)?;
+    let start = Instant::now();
+    let progress = args.run.start();
+    let options = PartOptions {
+        allow_open: false,
+        weld: args.weld,
+    };
+    let mut input = Input::read(&args.part, args.coping.as_deref(), options)?;
+    let settings = Settings {
+        extract: extract::Settings {
+            cell: args.cell.0,
+            min_angle: args.angle,
+            keep_fins: false,
+            memory_limit: args.memory.memory_limit.0,
+        },
+        solid_cell: args.solid_cell,
+        memory_limit: args.memory.memory_limit.0,
+    };
+    let show = |stage, done, expected| progress.show(stage, done, expected);
+    let result = roundtrip(&input.part, &settings, &show).map_err(|error| match &error {
+        RoundTripError::Extract(error) => Failure::extract(error, &args.part),
+        RoundTripError::Rethicken(error) => rethicken::failure(error, &args.part),
+    })?;
+    let mut warnings = std::mem::take(&mut input.warnings);
+    warnings.extend(result.solid.warnings.iter().map(|warning| {
+        let (code, message) = explain(*warning);
+        Warning {
+            code,
+            message: message.to_owned(),
+        }
+    }));
+
+    progress.show("writing", 0, 0);
+    let thickness = result.comparison.thickness;
+    let mut staged = Vec::new();
+    if let Some(file) = &args.output {
+        let size = result.extraction.work.cell.min(0.5 * thickness);
+        let map = deviation_map(input.part.mesh(), &result.solid.mesh, size);
+        let full = FULL_COLOUR * thickness;
+        staged
+            .push(stage_deviation(&map.mesh, &map.deviation, full, file).map_err(Failure::output)?);
+    }
+    if let Some(file) = &args.solid {
+        staged.push(stage_solid(&result.solid.mesh, None, file).map_err(Failure::output)?);
+    }
+    let report = json!({
+        "schema": SCHEMA,
+        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": "roundtrip" },
+        "input": {
+            "part": input.file,
+            "sha256": input.sha256,
+            "triangles": input.part.triangle_count(),
+            "volume": input.part.volume(),
+            "area": input.part.area(),
+        },
+        "settings": {
+            "cell": args.cell,
+            "cell_length": result.extraction.work.cell,
+            "angle": args.angle,
+            "solid_cell_length": result.solid_settings.cell,
+            "solid_tolerance": result.solid_settings.tolerance,
+            "memory_limit": args.memory.memory_limit,
+            "threads": rayon::current_num_threads(),
+            "weld": args.weld,
+        },
+        "surface": {
+            "vertices": result.extraction.surface.vertices.len(),
+            "triangles": result.extraction.surface.triangles.len(),
+            "cracks": result.extraction.cracks.len(),
+        },
+        "solid": {
+            "vertices": result.solid.mesh.positions.len(),
+            "triangles": result.solid.mesh.triangles.len(),
+            "volume": result.solid.mesh.volume(),
+            "area": result.solid.mesh.area(),
+            "work": work_json(&result.solid.work),
+        },
+        "comparison": result.comparison,
+        "seconds": start.elapsed().as_secs_f64(),
+        "peak_memory": peak(),
+        "outputs": args.output.iter().chain(&args.solid).collect::<Vec<_>>(),
+        "warnings": warnings,
+    });
+    args.run.finish(staged, &report)?;
+    drop(progress);
+    if !args.run.quiet {
+        print_warnings(&warnings);
+        summary(&result);
+    }
+    Ok(if result.extraction.cracks.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
+}
+
+fn summary(result: &RoundTrip) {
+    let Comparison {
+        thickness: t,
+        volume_ratio,
+        iou,
+        all,
+        away,
+        pruned_area,
+        ..
+    } = result.comparison;
+    say(format_args!(
+        "solid: {} triangles, volume {:.3}% of the part's, {:.3}% in common",
+        result.solid.mesh.triangles.len(),
+        100.0 * volume_ratio,
+        100.0 * iou
+    ));
+    let off = |distance: f64| format!("{} ({:.3}% of t)", figure(distance), 100.0 * distance / t);
+    say(format_args!(
+        "deviation: mean {}, greatest {}",
+        off(all.mean),
+        off(all.hausdorff)
+    ));
+    say(format_args!(
+        "away from pruned corners ({:.2}% of the area): mean {}, greatest {}",
+        100.0 * pruned_area,
+        off(away.mean),
+        off(away.hausdorff)
+    ));
+}

@@ -1,0 +1,568 @@
+//! `midsurf subdivide`: control mesh in, hollow solid and report out.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use midsurf::io::write::Shade;
+use midsurf::io::{ControlMesh, Place, read_control};
+use midsurf::subdivide::{
+    Boundary, Cage, ContourError, ContourSettings, FoldFree, HollowSolid, Level, MOST_LEVELS,
+    MOST_SAMPLES, Scheme, Settings, SubdivideError, Trial, contour, hollow_out, interpolate,
+};
+use serde_json::{Value, json};
+
+use crate::cli::shared::console::say;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Warning, print_warnings, read_warning};
+use crate::cli::shared::memory::peak;
+use crate::cli::shared::numbers::figure;
+use crate::cli::shared::numbers::positive;
+use crate::cli::shared::progress::Progress;
+use crate::cli::shared::run::RunArgs;
+use crate::cli::shared::solid::SolidArgs;
+
+const EXAMPLES: &str = "\
+Examples:
+  midsurf subdivide control.obj --thickness 0.2 --samples 6 --levels 1 -o hollow.stl --json report.json
+  midsurf subdivide control.obj --thickness 0.2 --tolerance 0.01 -o hollow.obj -o thickness.ply
+  midsurf subdivide control.obj --thickness 0.2 --scheme direct -o direct.stl
+  midsurf subdivide control.obj --interpolate -o through.obj
+
+The control mesh is a Catmull-Clark cage of polygons, closed or with a boundary.
+The outer surface of the solid is its limit surface; the inner one lies a
+thickness below, exactly at the corners of the faces, less between them. --levels
+subdivides first: with each level the thickness comes nearer to the one asked
+for, but the inner surface folds at a smaller one. --tolerance takes the first
+level that is good enough and free of folds; where there is none, it says what
+each level gives.
+
+The suffix of -o tells the format: .stl, .obj, or .ply with the thickness at
+every vertex as a number and a colour, red thin, blue thick.
+
+Exit codes: 0 done, 1 done but the solid has folded triangles or cuts itself, 2
+wrong usage or bad input, 4 no usable result, 130 interrupted.";
+
+/// Version of the JSON report's layout; raised when a reader must change.
+const SCHEMA: u32 = 1;
+
+/// Folded triangles and crossing pairs that the report lists; all are counted.
+const LISTED: usize = 1000;
+
+/// Make a hollow solid of a Catmull-Clark control mesh.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// The control mesh (.obj): polygons, best quadrilaterals
+    control: PathBuf,
+    /// Wall thickness
+    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true, required_unless_present = "interpolate")]
+    thickness: Option<f64>,
+    /// Steps along each side of a face
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=MOST_SAMPLES as i64))]
+    samples: u16,
+    /// Subdivision steps before the inner surface is laid, all counted [default: 1]
+    #[arg(long, value_name = "N", conflicts_with = "tolerance", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_LEVELS)))]
+    levels: Option<u32>,
+    /// Take the first level whose wall is nowhere thinner by more than this and has no fold
+    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// How the inner surface follows from the outer one
+    #[arg(long, value_enum, default_value_t = SchemeName::Crust)]
+    scheme: SchemeName,
+    /// Cell of --scheme contour's grid [default: 256 along the surface]
+    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
+    cell: Option<f64>,
+    /// What becomes of boundary vertices of a single face: held, or smoothed
+    #[arg(long, value_enum, default_value_t = BoundaryName::Corner)]
+    boundary: BoundaryName,
+    /// Instead of a solid, the surface that passes through the control vertices
+    #[arg(long, conflicts_with_all = ["thickness", "tolerance", "scheme"])]
+    interpolate: bool,
+    #[command(flatten)]
+    solid: SolidArgs,
+    #[command(flatten)]
+    run: RunArgs,
+    /// Print more
+    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
+    verbose: u8,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum SchemeName {
+    /// Bezier crust: smooth as the surface itself
+    Crust,
+    /// Along the normal of every sample
+    Direct,
+    /// All that is deeper than the thickness: never folds, at any thickness
+    Contour,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum BoundaryName {
+    /// Held in place (edge and corner)
+    Corner,
+    /// Smoothed like the others (edge only)
+    Edge,
+}
+
+impl Args {
+    fn scheme(&self) -> Option<Scheme> {
+        match self.scheme {
+            SchemeName::Crust => Some(Scheme::Crust),
+            SchemeName::Direct => Some(Scheme::Direct),
+            SchemeName::Contour => None,
+        }
+    }
+
+    fn boundary(&self) -> Boundary {
+        match self.boundary {
+            BoundaryName::Corner => Boundary::EdgeAndCorner,
+            BoundaryName::Edge => Boundary::EdgeOnly,
+        }
+    }
+
+    fn level(&self) -> Level {
+        match self.tolerance {
+            Some(tolerance) => Level::Tolerance(tolerance),
+            None => Level::Fixed(self.levels.unwrap_or(1)),
+        }
+    }
+}
+
+/// A control mesh from its file.
+struct Control {
+    cage: Cage,
+    sha256: String,
+    warnings: Vec<Warning>,
+}
+
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    let inputs = [(args.control.as_path(), "control mesh")];
+    args.solid.check_names(&inputs, &args.run)?;
+    let start = Instant::now();
+    let progress = args.run.start();
+    let control = read(&args.control)?;
+    if !args.run.quiet {
+        progress.aside(|| print_warnings(&control.warnings));
+    }
+    let read = start.elapsed().as_secs_f64();
+    if args.interpolate {
+        return through(&args, &control, &progress);
+    }
+    let Some(scheme) = args.scheme() else {
+        return contoured(&args, &control, &progress);
+    };
+    let settings = Settings {
+        // Clap asks for it unless --interpolate is given.
+        thickness: args.thickness.unwrap_or_default(),
+        samples: usize::from(args.samples),
+        level: args.level(),
+        scheme,
+        boundary: args.boundary(),
+    };
+    let stages = RefCell::new(Vec::new());
+    let show = |stage| {
+        progress.show(stage, 0, 0);
+        stages.borrow_mut().push((stage, Instant::now()));
+    };
+    let solid = hollow_out(&control.cage, &settings, &show)
+        .map_err(|error| failed(&error, &args.control))?;
+
+    show("writing");
+    let thickness = [solid.thickness.as_slice(), &solid.thickness].concat();
+    let staged = args.solid.stage(&solid.hollow.mesh, shade(&thickness))?;
+    let warnings = warnings(&solid, &settings);
+    show("report");
+    let seconds = json!({
+        "read": read,
+        "stages": by_stage(&stages.borrow()),
+        "total": start.elapsed().as_secs_f64(),
+    });
+    let mut report = report(&args, &control, &settings, &solid);
+    report["seconds"] = seconds;
+    report["peak_memory"] = json!(peak());
+    report["warnings"] = json!([&control.warnings[..], &warnings].concat());
+    args.run.finish(staged, &report)?;
+    drop(progress);
+    if !args.run.quiet {
+        print_warnings(&warnings);
+        summary(&solid, &settings, args.verbose);
+    }
+    let sound = solid.folded.is_empty() && solid.intersections.is_empty();
+    Ok(if sound {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
+}
+
+/// Seconds by stage, those of the same name together.
+fn by_stage(stages: &[(&'static str, Instant)]) -> Value {
+    let mut seconds = serde_json::Map::new();
+    for pair in stages.windows(2) {
+        let before = seconds.get(pair[0].0).and_then(Value::as_f64);
+        let this = pair[1].1.duration_since(pair[0].1).as_secs_f64();
+        seconds.insert(pair[0].0.to_owned(), json!(before.unwrap_or(0.0) + this));
+    }
+    Value::Object(seconds)
+}
+
+/// Reads and checks the control mesh; one that is inside out is turned.
+fn read(file: &Path) -> Result<Control, Failure> {
+    let mesh = read_control(file).map_err(Failure::input)?;
+    let cage = Cage::new(mesh.positions.clone(), &mesh.faces).map_err(|error| {
+        let place = match (error.face(), error.vertex()) {
+            (Some(face), _) => mesh.place_of_face(face),
+            (_, Some(vertex)) => mesh.place_of_vertex(vertex),
+            _ => Place::Whole,
+        };
+        let message = format!("{}: {error}", place.within(file));
+        Failure::usage(message, error.remedy())
+    })?;
+    let ControlMesh {
+        sha256, warnings, ..
+    } = mesh;
+    let mut warnings: Vec<Warning> = warnings
+        .iter()
+        .map(|warning| read_warning(file, warning))
+        .collect();
+    let volume = cage.volume();
+    let cage = if cage.is_closed() && volume < 0.0 {
+        warnings.push(Warning {
+            code: "inside_out",
+            message: format!(
+                "{}: the control mesh was inside out (volume {}); all faces were turned",
+                file.display(),
+                figure(volume)
+            ),
+        });
+        cage.turned_over()
+    } else {
+        cage
+    };
+    Ok(Control {
+        cage,
+        sha256,
+        warnings,
+    })
+}
+
+fn failed(error: &SubdivideError, file: &Path) -> Failure {
+    let message = format!("{}: {error}", file.display());
+    match error {
+        SubdivideError::NoLevel { .. } => Failure::no_result(
+            message,
+            "--scheme contour has no folds at any thickness; or allow a greater --tolerance, \
+             ask for a smaller --thickness, or take a level all the same with --levels N",
+        ),
+        SubdivideError::Cage(error) => Failure::usage(message, error.remedy()),
+        SubdivideError::Samples { .. } | SubdivideError::Levels(_) => {
+            Failure::usage(message, "take fewer --samples or --levels")
+        }
+        SubdivideError::NoNormal { .. } => Failure::usage(
+            message,
+            "remove the parts of the control mesh that have no area",
+        ),
+        _ => Failure::usage(message, "give a positive length"),
+    }
+}
+
+/// `--scheme contour`: the inner wall from the offset of the surface.
+fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCode, Failure> {
+    if args.tolerance.is_some() {
+        return Err(Failure::usage(
+            "--tolerance chooses a level for the crust, and --scheme contour lays none",
+            "say with --levels and --samples how finely to divide the surface",
+        ));
+    }
+    let settings = ContourSettings {
+        // Clap asks for it unless --interpolate is given.
+        thickness: args.thickness.unwrap_or_default(),
+        samples: usize::from(args.samples),
+        level: args.levels.unwrap_or(1),
+        boundary: args.boundary(),
+        cell: args.cell,
+        precision: args.solid.precision(),
+    };
+    let show = |stage, done, total| progress.show(stage, done, total);
+    let solid = contour(&control.cage, &settings, &show).map_err(|error| {
+        let message = format!("{}: {error}", args.control.display());
+        match error {
+            ContourError::Surface(error) => failed(&error, &args.control),
+            ContourError::Open => Failure::usage(message, "take --scheme crust or direct"),
+            ContourError::Offset(_) => Failure::no_result(message, "take a smaller --thickness"),
+            ContourError::Part(_) => Failure::usage(message, "check the control mesh"),
+        }
+    })?;
+    progress.show("writing", 0, 0);
+    let staged = args.solid.stage(&solid.mesh, shade(&solid.thickness))?;
+    let [least, most] = range(&solid.thickness);
+    let report = json!({
+        "schema": SCHEMA,
+        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
+        "input": input(args, control),
+        "settings": {
+            "scheme": "contour",
+            "thickness": settings.thickness,
+            "samples": settings.samples,
+            "boundary": boundary(args),
+        },
+        "result": {
+            "levels": solid.level,
+            "vertices": solid.mesh.positions.len(),
+            "triangles": solid.mesh.triangles.len(),
+            "shell_triangles": solid.outer,
+            "volume": solid.mesh.volume(),
+            "thickness": { "min": least, "mean": mean(&solid.thickness), "max": most },
+            "intersections": solid.intersections.len(),
+        },
+        "peak_memory": peak(),
+        "outputs": args.solid.output,
+        "warnings": control.warnings,
+    });
+    args.run.finish(staged, &report)?;
+    if !args.run.quiet {
+        say(format_args!("levels       {}", solid.level));
+        say(format_args!(
+            "solid        {} vertices, {} triangles, volume {}",
+            solid.mesh.positions.len(),
+            solid.mesh.triangles.len(),
+            figure(solid.mesh.volume())
+        ));
+        say(format_args!(
+            "thickness    {} to {}",
+            figure(least),
+            figure(most)
+        ));
+    }
+    Ok(if solid.intersections.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
+}
+
+/// `--interpolate`: writes the surface through the control vertices.
+fn through(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCode, Failure> {
+    progress.show("surface", 0, 0);
+    let samples = usize::from(args.samples);
+    let level = args.levels.unwrap_or(0);
+    let (mesh, level) = interpolate(&control.cage, level, samples, args.boundary())
+        .map_err(|error| failed(&error, &args.control))?;
+    let staged = args.solid.stage(&mesh, None)?;
+    let report = json!({
+        "schema": SCHEMA,
+        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
+        "input": input(args, control),
+        "settings": { "interpolate": true, "samples": samples, "boundary": boundary(args) },
+        "result": {
+            "levels": level,
+            "vertices": mesh.positions.len(),
+            "triangles": mesh.triangles.len(),
+        },
+        "outputs": args.solid.output,
+        "warnings": control.warnings,
+    });
+    args.run.finish(staged, &report)?;
+    if !args.run.quiet {
+        say(format_args!("levels       {level}"));
+        say(format_args!(
+            "mesh         {} vertices, {} triangles",
+            mesh.positions.len(),
+            mesh.triangles.len()
+        ));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn boundary(args: &Args) -> &'static str {
+    match args.boundary {
+        BoundaryName::Corner => "corner",
+        BoundaryName::Edge => "edge",
+    }
+}
+
+fn input(args: &Args, control: &Control) -> Value {
+    let cage = &control.cage;
+    json!({
+        "control": args.control,
+        "sha256": control.sha256,
+        "vertices": cage.positions().len(),
+        "faces": cage.face_count(),
+        "quads": cage.is_quads(),
+        "closed": cage.is_closed(),
+        "euler": cage.euler(),
+        "diagonal": cage.diagonal(),
+    })
+}
+
+fn report(args: &Args, control: &Control, settings: &Settings, solid: &HollowSolid) -> Value {
+    let mesh = &solid.hollow.mesh;
+    let trial = |trial: &Trial| {
+        json!({
+            "levels": trial.level,
+            "epsilon": trial.epsilon,
+            "fold_free_crust": fold_free(trial.fold_free[0]),
+            "fold_free_direct": fold_free(trial.fold_free[1]),
+        })
+    };
+    let [least, most] = range(&solid.thickness);
+    json!({
+        "schema": SCHEMA,
+        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
+        "input": input(args, control),
+        "settings": {
+            "thickness": settings.thickness,
+            "samples": settings.samples,
+            "levels": args.levels,
+            "tolerance": args.tolerance,
+            "scheme": settings.scheme.name(),
+            "boundary": boundary(args),
+            "threads": rayon::current_num_threads(),
+        },
+        "result": {
+            "levels": solid.trial.level,
+            "forced_step": solid.forced,
+            "faces": solid.faces,
+            "crowded_faces": solid.crowded_faces,
+            "averaged_normals": solid.averaged_normals,
+            "vertices": mesh.positions.len(),
+            "triangles": mesh.triangles.len(),
+            "shell_vertices": solid.samples.outer.len(),
+            "shell_triangles": solid.hollow.shell,
+            "volume": mesh.volume(),
+            "thickness": { "min": least, "mean": mean(&solid.thickness), "max": most },
+            "epsilon": solid.trial.epsilon,
+            "crust_length": { "min": solid.crust_length[0], "max": solid.crust_length[1] },
+            "fold_free": fold_free(solid.trial.fold_free(settings.scheme)),
+            "folded_triangles": solid.folded.len(),
+            "folded": solid.folded.iter().take(LISTED).map(|f| f.0).collect::<Vec<u32>>(),
+            "intersections": solid.intersections.len(),
+            "intersecting": solid.intersections.iter().take(LISTED)
+                .map(|(a, b)| [a.0, b.0]).collect::<Vec<_>>(),
+        },
+        "levels_tried": solid.trials.iter().map(trial).collect::<Vec<Value>>(),
+        "outputs": args.solid.output,
+    })
+}
+
+/// Infinity is null in JSON: no thickness folds.
+fn fold_free(free: FoldFree) -> Value {
+    if free.thickness.is_finite() {
+        json!({ "thickness": free.thickness, "at": free.at.to_array() })
+    } else {
+        json!({ "thickness": null, "at": null })
+    }
+}
+
+fn range(values: &[f64]) -> [f64; 2] {
+    values.iter().fold([f64::INFINITY, 0.0], |[low, high], &x| {
+        [low.min(x), f64::max(high, x)]
+    })
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// What is wrong or odd about a solid.
+fn warnings(solid: &HollowSolid, settings: &Settings) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let mut warn = |code, message: String| {
+        warnings.push(Warning { code, message });
+    };
+    let free = solid.trial.fold_free(settings.scheme);
+    if settings.thickness >= free.thickness {
+        let [x, y, z] = free.at.to_array().map(figure);
+        warn(
+            "folds",
+            format!(
+                "the inner surface folds below ({x}, {y}, {z}): at level {} it is free of folds up to thickness {}",
+                solid.trial.level,
+                figure(free.thickness)
+            ),
+        );
+    }
+    if !solid.folded.is_empty() {
+        let message = format!(
+            "{} triangles of the inner shell are folded",
+            solid.folded.len()
+        );
+        warn("folded_triangles", message);
+    }
+    if !solid.intersections.is_empty() {
+        let message = format!(
+            "the solid cuts or touches itself at {} pairs of triangles",
+            solid.intersections.len()
+        );
+        warn("intersections", message);
+    }
+    if solid.averaged_normals > 0 {
+        let message = format!(
+            "{} vertices have no normal of their own and got the average of their neighbours'",
+            solid.averaged_normals
+        );
+        warn("averaged_normals", message);
+    }
+    if let (Level::Fixed(0), true) = (settings.level, solid.forced) {
+        let message = "faces of other than four corners: one subdivision step was forced";
+        warn("forced_step", message.to_owned());
+    }
+    warnings
+}
+
+fn summary(solid: &HollowSolid, settings: &Settings, verbose: u8) {
+    let mesh = &solid.hollow.mesh;
+    let trial = &solid.trial;
+    let [least, most] = range(&solid.thickness);
+    say(format_args!(
+        "levels       {}{}, {} faces, {} of them with several extraordinary vertices",
+        trial.level,
+        if solid.forced { " (one forced)" } else { "" },
+        solid.faces,
+        solid.crowded_faces
+    ));
+    say(format_args!(
+        "thickness    {} to {}, asked for {}; epsilon {}",
+        figure(least),
+        figure(most),
+        figure(settings.thickness),
+        figure(trial.epsilon)
+    ));
+    let [crust, direct] = trial.fold_free.map(|free| figure(free.thickness));
+    say(format_args!(
+        "fold-free    up to {crust} by crust, {direct} directly"
+    ));
+    say(format_args!(
+        "mesh         {} vertices, {} triangles, volume {}",
+        mesh.positions.len(),
+        mesh.triangles.len(),
+        figure(mesh.volume())
+    ));
+    say(format_args!(
+        "folded       {} triangles",
+        solid.folded.len()
+    ));
+    say(format_args!(
+        "crossing     {} pairs",
+        solid.intersections.len()
+    ));
+    if verbose > 0 {
+        for trial in &solid.trials {
+            let [crust, direct] = trial.fold_free.map(|free| figure(free.thickness));
+            say(format_args!(
+                "level {:<6} epsilon {}, fold-free up to {crust} by crust, {direct} directly",
+                trial.level,
+                figure(trial.epsilon)
+            ));
+        }
+    }
+}
+
+/// Paints the wall by its thickness.
+fn shade(values: &[f64]) -> Option<Shade<'_>> {
+    let name = "thickness";
+    Some(Shade { name, values })
+}

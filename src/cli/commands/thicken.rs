@@ -1,0 +1,304 @@
+//! `midsurf thicken`: a solid on one side of a surface.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::ValueEnum;
+use midsurf::dual_contour::Precision;
+use midsurf::extract::Cell;
+use midsurf::mesh::TriMesh;
+use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
+use serde_json::{Value, json};
+
+use crate::cli::shared::cell::CellSize;
+use crate::cli::shared::console::say;
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{Warning, load, print_warnings};
+use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::numbers::figure;
+use crate::cli::shared::run::RunArgs;
+use crate::cli::shared::solid::SolidArgs;
+
+/// Version of the JSON report's layout; raised when a reader must change.
+const SCHEMA: u32 = 1;
+
+const EXAMPLES: &str = "\
+Examples:
+  midsurf thicken patch.obj --thickness 2.5 --side inner -o solid.stl
+  midsurf thicken patch.ply --thickness 2 --side outer --cell 0.25 -o solid.obj
+
+The solid has one thickness all over and ends flat at the surface's boundary.
+The surface itself is part of the result, triangle for triangle. A closed
+surface gives a shell.
+
+An .stl holds single precision; .obj and .ply keep the surface's numbers as
+they are.
+
+Exit codes: 0 done, 1 done but the result is not sound (said on stderr),
+2 wrong usage or bad input, 4 the cell is too large for the surface's boundary.";
+
+/// Thicken a surface into a solid on one side of it.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// The surface: an open or closed triangle or polygon mesh (.obj, .stl, .ply, .off)
+    patch: PathBuf,
+    /// Thickness of the solid
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    thickness: f64,
+    /// Side of the surface on which the solid lies
+    #[arg(long, value_name = "SIDE", value_enum, default_value = "inner")]
+    side: SideArg,
+    /// Cell size: a length, `1%` (of the surface's diagonal), or auto (a quarter of the thickness)
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "auto",
+        allow_negative_numbers = true
+    )]
+    cell: CellSize,
+    /// Split chords that stray farther than this from the solid [default: 0.2% of the thickness]
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    #[command(flatten)]
+    solid: SolidArgs,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
+    run: RunArgs,
+    /// Print what each stage took
+    #[arg(short, long, conflicts_with = "quiet")]
+    verbose: bool,
+}
+
+/// `--side`.
+#[derive(Clone, Copy, ValueEnum)]
+enum SideArg {
+    /// Against the normals
+    Inner,
+    /// Along the normals
+    Outer,
+}
+
+pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    let inputs = [(args.patch.as_path(), "surface")];
+    args.solid.check_names(&inputs, &args.run)?;
+    let start = Instant::now();
+    let progress = args.run.start();
+    let (loaded, mut warnings) = load(&args.patch)?;
+    let read_seconds = start.elapsed().as_secs_f64();
+
+    let settings = args.settings(&loaded.mesh)?;
+    if settings.precision == Precision::Single {
+        warnings.extend(rounded(&loaded.mesh));
+    }
+    let show = |stage, done, expected| progress.show(stage, done, expected);
+    let result =
+        thicken(&loaded.mesh, &settings, &show).map_err(|error| failure(&error, &args.patch))?;
+    warnings.extend(refined(&result, settings.cell));
+    warnings.extend(unsound(&result));
+
+    progress.show("writing", 0, 0);
+    let begin = Instant::now();
+    let staged = args.solid.stage(&result.mesh, None)?;
+    let seconds = json!({
+        "read": read_seconds,
+        "field": result.field_seconds,
+        "band": result.work.band_seconds,
+        "contour": result.work.contour_seconds,
+        "join": result.join_seconds,
+        "sharpen": result.sharpen_seconds,
+        "write": begin.elapsed().as_secs_f64(),
+        "total": start.elapsed().as_secs_f64(),
+    });
+    let report = json!({
+        "schema": SCHEMA,
+        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": "thicken" },
+        "input": {
+            "patch": args.patch,
+            "sha256": loaded.sha256,
+            "triangles": loaded.mesh.triangles.len(),
+            "area": loaded.mesh.area(),
+            "boundaries": result.boundaries,
+        },
+        "settings": args.settings_json(&settings),
+        "result": {
+            "vertices": result.mesh.positions.len(),
+            "triangles": result.mesh.triangles.len(),
+            "patch_triangles": result.patch_triangles,
+            "volume": result.mesh.volume(),
+            "area": result.mesh.area(),
+            "shell_deviation": result.deviation,
+            "self_intersections": result.self_intersections,
+            "bad_edges": result.bad_edges,
+            "cell": result.cell,
+            "attempts": result.attempts,
+            "sharpened": result.sharpened,
+        },
+        "seconds": seconds,
+        "peak_memory": peak(),
+        "outputs": args.solid.output,
+        "warnings": warnings,
+    });
+    args.run.finish(staged, &report)?;
+    drop(progress);
+    if !args.run.quiet {
+        print_warnings(&warnings);
+        summary(&result, settings.thickness);
+    }
+    if args.verbose {
+        details(&result);
+    }
+    Ok(if result.is_sound() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+impl Args {
+    fn settings(&self, surface: &TriMesh) -> Result<Settings, Failure> {
+        let side = match self.side {
+            SideArg::Inner => Side::Inner,
+            SideArg::Outer => Side::Outer,
+        };
+        let mut settings = Settings::new(self.thickness, side);
+        settings.cell = match self.cell.0 {
+            Cell::Auto => settings.cell,
+            Cell::Length(length) => length,
+            Cell::Percent(percent) => 0.01 * percent * surface.bounds().diagonal(),
+            Cell::Thicknesses(share) => share * self.thickness,
+        };
+        if let Some(tolerance) = self.tolerance {
+            settings.tolerance = tolerance;
+        }
+        settings.memory_limit = self.memory.memory_limit.0;
+        settings.precision = self.solid.precision();
+        Ok(settings)
+    }
+
+    fn settings_json(&self, settings: &Settings) -> Value {
+        json!({
+            "thickness": settings.thickness,
+            "side": settings.side,
+            "cell": self.cell,
+            "cell_length": settings.cell,
+            "tolerance": settings.tolerance,
+            "precision": settings.precision,
+            "memory_limit": self.memory.memory_limit,
+            "threads": rayon::current_num_threads(),
+        })
+    }
+}
+
+fn summary(result: &Thickened, thickness: f64) {
+    say(format_args!(
+        "{} vertices, {} triangles ({} of the surface), volume {}, area {}",
+        result.mesh.positions.len(),
+        result.mesh.triangles.len(),
+        result.patch_triangles,
+        figure(result.mesh.volume()),
+        figure(result.mesh.area())
+    ));
+    say(format_args!(
+        "thickness off by {} at most, {} in the mean (of the thickness: {} and {})",
+        figure(result.deviation.max),
+        figure(result.deviation.mean),
+        figure(result.deviation.max / thickness),
+        figure(result.deviation.mean / thickness),
+    ));
+}
+
+/// What each stage took, for `--verbose`.
+fn details(result: &Thickened) {
+    let f = &result.work.filters;
+    say(format_args!(
+        "nodes: {} in the grid, {} distances, {} within reach",
+        f.nodes, f.distances, f.valid
+    ));
+    let [cells, faces, edges] = result.work.vertices;
+    say(format_args!(
+        "vertices of the whole contour: {cells} in cells, {faces} on faces, {edges} on edges"
+    ));
+    say(format_args!(
+        "boundaries: {}; ways tried to lay grid and cut: {}; vertices moved to sharp edges: {}",
+        result.boundaries, result.attempts, result.sharpened
+    ));
+    say(format_args!(
+        "seconds: field {:.3}, band {:.3}, contour {:.3}, cut and join {:.3}, sharp edges {:.3}",
+        result.field_seconds,
+        result.work.band_seconds,
+        result.work.contour_seconds,
+        result.join_seconds,
+        result.sharpen_seconds
+    ));
+}
+
+/// The surface's own numbers do not fit into an .stl.
+fn rounded(surface: &TriMesh) -> Option<Warning> {
+    let count = surface
+        .positions
+        .iter()
+        .filter(|&&p| Precision::Single.round_point(p) != p)
+        .count();
+    (count > 0).then(|| Warning {
+        code: "rounded",
+        message: format!(
+            "{count} vertices of the surface have more digits than an .stl holds and are rounded; .obj and .ply keep them"
+        ),
+    })
+}
+
+/// Another cell than the one asked for.
+fn refined(result: &Thickened, asked: f64) -> Option<Warning> {
+    (result.cell < asked).then(|| Warning {
+        code: "refined",
+        message: format!(
+            "cells of {} do not resolve the surface's boundary; cells of {} were taken",
+            figure(asked),
+            figure(result.cell)
+        ),
+    })
+}
+
+fn unsound(result: &Thickened) -> Option<Warning> {
+    (!result.is_sound()).then(|| Warning {
+        code: "unsound",
+        message: format!(
+            "the solid has {} pairs of triangles that cut each other and {} edges without two triangles; a smaller --cell may help",
+            result.self_intersections, result.bad_edges
+        ),
+    })
+}
+
+fn failure(error: &ThickenError, patch: &Path) -> Failure {
+    let message = format!("{}: {error}", patch.display());
+    let help = match error {
+        ThickenError::BadThickness(_) => {
+            "give --thickness a positive length; --side says on which side"
+        }
+        ThickenError::BadCell(_) => "give --cell a positive length, or leave it away",
+        ThickenError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
+        ThickenError::CoarseCell { .. } => {
+            "take a smaller --cell; without it the cell is a quarter of the thickness"
+        }
+        ThickenError::Empty | ThickenError::BadCorner(_) => {
+            "check that the export holds the surface's faces"
+        }
+        ThickenError::NoArea { .. } => "remove triangles whose corners lie on one line",
+        ThickenError::NotManifold { .. } | ThickenError::PinchedVertex(_) => {
+            "part the sheets that meet there, and thicken them one by one"
+        }
+        ThickenError::Sides(_) => "turn the triangles so that their normals agree",
+        ThickenError::OneSided => "cut it open, so that it has two sides",
+        ThickenError::SelfIntersecting { .. } => {
+            "remove the triangles that cut each other; the side of a point means nothing there"
+        }
+        ThickenError::Grid(error) => Failure::grid_help(error),
+        ThickenError::Unresolved { .. } => {
+            return Failure::no_result(message, "take a smaller --cell or a smaller thickness");
+        }
+    };
+    Failure::usage(message, help)
+}

@@ -1,0 +1,118 @@
+//! Part and tags from files to a checked part: shared by the commands.
+
+use std::path::{Path, PathBuf};
+
+use midsurf::coping::{Coping, RuleResult, geometry_checksum, read_tags};
+use midsurf::io::{FacetNames, LoadedMesh, Place, ReadWarning, read_mesh};
+use midsurf::mesh::{Part, PartError, PartOptions};
+use serde::Serialize;
+
+use super::console::say;
+use super::failure::{Failure, place_of};
+
+/// A warning for stderr and for reports.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Warning {
+    /// Stable.
+    pub(crate) code: &'static str,
+    pub(crate) message: String,
+}
+
+/// A checked part, and what is worth knowing of its files.
+pub(crate) struct Input {
+    pub(crate) file: PathBuf,
+    pub(crate) sha256: String,
+    pub(crate) geometry: String,
+    pub(crate) facets: usize,
+    pub(crate) names: FacetNames,
+    pub(crate) rules: Vec<RuleResult>,
+    pub(crate) part: Part,
+    pub(crate) warnings: Vec<Warning>,
+}
+
+/// Reads a mesh file.
+pub(crate) fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), Failure> {
+    let loaded = read_mesh(file).map_err(Failure::input)?;
+    let warnings = loaded
+        .warnings
+        .iter()
+        .map(|warning| read_warning(file, warning))
+        .collect();
+    Ok((loaded, warnings))
+}
+
+pub(crate) fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
+    Warning {
+        code: warning.code,
+        message: format!("{}: {}", warning.place.within(file), warning.message),
+    }
+}
+
+/// Reads a tag file for a mesh; no file means no tags.
+pub(crate) fn load_tags(
+    tags: Option<&Path>,
+    loaded: &LoadedMesh,
+    mesh_file: &Path,
+) -> Result<(Coping, Vec<Warning>), Failure> {
+    let Some(file) = tags else {
+        return Ok((Coping::none(loaded), Vec::new()));
+    };
+    let coping = read_tags(file, loaded, mesh_file).map_err(Failure::input)?;
+    let warnings = coping
+        .warnings
+        .iter()
+        .map(|message| Warning {
+            code: "empty_rule",
+            message: format!("{}: {message}", file.display()),
+        })
+        .collect();
+    Ok((coping, warnings))
+}
+
+impl Input {
+    /// Reads and checks a part with its tags.
+    pub(crate) fn read(
+        file: &Path,
+        tags: Option<&Path>,
+        options: PartOptions,
+    ) -> Result<Input, Failure> {
+        let (mut loaded, mut warnings) = load(file)?;
+        let (coping, more) = load_tags(tags, &loaded, file)?;
+        warnings.extend(more);
+        let geometry = geometry_checksum(&loaded.mesh);
+        let mesh = std::mem::take(&mut loaded.mesh);
+        let flags = coping.flags;
+        let (part, more) =
+            Part::new(mesh, flags, options).map_err(|error| match (&error, tags) {
+                // Those two are the tags' fault.
+                (PartError::AllCoping { .. } | PartError::NoWall { .. }, Some(tags)) => {
+                    Failure::part(error, tags, Place::Whole)
+                }
+                _ => {
+                    let place = place_of(&error, &loaded);
+                    Failure::part(error, file, place)
+                }
+            })?;
+        warnings.extend(more.iter().map(|warning| Warning {
+            code: warning.code(),
+            message: format!("{}: {warning}", file.display()),
+        }));
+        Ok(Input {
+            file: file.to_owned(),
+            sha256: loaded.sha256,
+            geometry,
+            facets: loaded.names.len(),
+            names: loaded.names,
+            rules: coping.rules,
+            part,
+            warnings,
+        })
+    }
+}
+
+/// Prints warnings to stderr.
+pub(crate) fn print_warnings(warnings: &[Warning]) {
+    for warning in warnings {
+        say(format_args!("warning: {}", warning.message));
+    }
+}

@@ -1,0 +1,11 @@
+//! What commands share: flags, numbers, input, output, and what they say.
+
+pub(crate) mod cell;
+pub(crate) mod console;
+pub(crate) mod failure;
+pub(crate) mod input;
+pub(crate) mod memory;
+pub(crate) mod numbers;
+pub(crate) mod progress;
+pub(crate) mod run;
+pub(crate) mod solid;

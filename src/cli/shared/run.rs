@@ -1,0 +1,122 @@
+//! What all commands that compute have in common: threads, progress, and
+//! output files, whose names are checked first and given at the end.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use midsurf::io::write::{Staged, WriteError, check_target, stage};
+use serde_json::Value;
+
+use super::failure::Failure;
+use super::progress::Progress;
+
+/// What a run may take, and what it says of itself.
+#[derive(clap::Args)]
+pub(crate) struct RunArgs {
+    /// Write a report as JSON; `-` for stdout
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Threads to use; the result does not depend on it
+    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Print errors and nothing else
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+impl RunArgs {
+    /// [`check_names`] of the outputs and the report.
+    pub(crate) fn check_names(
+        &self,
+        inputs: &[(&Path, &'static str)],
+        outputs: Vec<PathBuf>,
+    ) -> Result<(), Failure> {
+        let outputs = outputs.into_iter().map(|file| (file, "output"));
+        let report = self.json_file().map(|file| (file.to_owned(), "report"));
+        check_names(inputs, outputs.chain(report))
+    }
+
+    /// Sets the number of threads, before anything runs; what runs first is
+    /// reading.
+    pub(crate) fn start(&self) -> Progress {
+        if let Some(threads) = self.threads {
+            // Fails only if the pool exists already; nothing ran before this.
+            let _ = rayon::ThreadPoolBuilder::new()
+                .num_threads(usize::from(threads))
+                .build_global();
+        }
+        let progress = Progress::new(self.quiet);
+        progress.show("reading", 0, 0);
+        progress
+    }
+
+    /// The report's file, unless it goes to stdout.
+    fn json_file(&self) -> Option<&Path> {
+        self.json.as_deref().filter(|file| *file != Path::new("-"))
+    }
+
+    /// Whether the report goes to stdout.
+    pub(crate) fn reports_to_stdout(&self) -> bool {
+        self.json.is_some() && self.json_file().is_none()
+    }
+
+    /// Adds the report, then gives all files their names, so that either all
+    /// or none appear as far as one process can see to it.
+    pub(crate) fn finish(&self, mut staged: Vec<Staged>, report: &Value) -> Result<(), Failure> {
+        if let Some(file) = self.json_file() {
+            let write = |out: &mut dyn Write| writeln!(out, "{report:#}");
+            staged.push(stage(file, write).map_err(Failure::output)?);
+        }
+        for file in staged {
+            file.commit().map_err(Failure::output)?;
+        }
+        if self.reports_to_stdout() {
+            let mut out = io::stdout().lock();
+            writeln!(out, "{report:#}")?;
+            out.flush()?;
+        }
+        Ok(())
+    }
+}
+
+/// Refuses outputs that could not be written, or that would overwrite an input
+/// or each other, before any work is done. All come with their role.
+pub(crate) fn check_names(
+    inputs: &[(&Path, &'static str)],
+    outputs: impl IntoIterator<Item = (PathBuf, &'static str)>,
+) -> Result<(), Failure> {
+    let mut named: Vec<(PathBuf, &'static str)> = inputs
+        .iter()
+        .map(|&(file, role)| (file.to_owned(), role))
+        .collect();
+    for (file, role) in outputs {
+        check_target(&file).map_err(Failure::input)?;
+        if let Some((_, first)) = named
+            .iter()
+            .find(|(other, _)| identity(other) == identity(&file))
+        {
+            return Err(Failure::input(WriteError::NamedTwice {
+                file,
+                first,
+                second: role,
+            }));
+        }
+        named.push((file, role));
+    }
+    Ok(())
+}
+
+/// A name by which equal files are equal.
+fn identity(file: &Path) -> PathBuf {
+    if let Ok(whole) = file.canonicalize() {
+        return whole;
+    }
+    let folder = match file.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    match (folder.canonicalize(), file.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => file.to_owned(),
+    }
+}

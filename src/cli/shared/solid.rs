@@ -1,0 +1,65 @@
+//! A solid as output: the flag for its files, their check, the writing.
+
+use std::path::{Path, PathBuf};
+
+use midsurf::dual_contour::Precision;
+use midsurf::io::write::{Shade, SolidFormat, Staged, stage_solid};
+use midsurf::mesh::TriMesh;
+
+use super::console::say;
+use super::failure::Failure;
+use super::run::RunArgs;
+use crate::cli::shared::numbers::figure;
+
+/// Files of a solid.
+#[derive(clap::Args)]
+pub(crate) struct SolidArgs {
+    /// Output file (.stl, .obj, .ply); repeat for several formats
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+}
+
+impl SolidArgs {
+    /// Refuses file names that could not be written or are named twice.
+    pub(crate) fn check_names(
+        &self,
+        inputs: &[(&Path, &'static str)],
+        run: &RunArgs,
+    ) -> Result<(), Failure> {
+        for file in &self.output {
+            SolidFormat::of(file).map_err(Failure::input)?;
+        }
+        run.check_names(inputs, self.output.clone())
+    }
+
+    /// Numbers that every file can hold.
+    pub(crate) fn precision(&self) -> Precision {
+        let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
+        if self.output.iter().any(single) {
+            Precision::Single
+        } else {
+            Precision::Double
+        }
+    }
+
+    /// Writes the solid under passing names.
+    pub(crate) fn stage(
+        &self,
+        mesh: &TriMesh,
+        shade: Option<Shade>,
+    ) -> Result<Vec<Staged>, Failure> {
+        let write = |file: &PathBuf| stage_solid(mesh, shade, file).map_err(Failure::output);
+        self.output.iter().map(write).collect()
+    }
+}
+
+/// Tells people the size of a solid.
+pub(crate) fn summary(mesh: &TriMesh) {
+    say(format_args!(
+        "{} vertices, {} triangles, volume {}, area {}",
+        mesh.positions.len(),
+        mesh.triangles.len(),
+        figure(mesh.volume()),
+        figure(mesh.area())
+    ));
+}

@@ -1,0 +1,162 @@
+//! Coping tags: which triangles close a wall instead of bounding it.
+//!
+//! A tag file is a list of rules. The text form gives indices, ranges and
+//! names, one a line; the TOML form selects by place and shape too and can
+//! carry a checksum of its mesh. Rules run top to bottom, the last match
+//! wins; conditions in one rule must all hold, items of one list unite.
+
+mod error;
+mod glob;
+mod identity;
+mod rule;
+mod select;
+mod text;
+mod toml;
+
+use std::path::Path;
+
+pub use error::{TagError, TagProblem};
+pub use identity::geometry_checksum;
+
+use crate::io::{LoadedMesh, decode};
+use crate::mesh::{Bounds, FaceId, TriMesh};
+use rule::{Located, OnEmpty, TagFile};
+use select::Selector;
+
+/// What a tag file selects on a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coping {
+    /// One flag a triangle of the mesh: true for coping.
+    pub flags: Vec<bool>,
+    /// What each rule selects, in the order of the file.
+    pub rules: Vec<RuleResult>,
+    /// Rules that select nothing, where the file lets them pass with a warning.
+    pub warnings: Vec<String>,
+}
+
+/// What one rule selects, whatever later rules do to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RuleResult {
+    /// Name given in the file, or what the rule says.
+    pub name: String,
+    /// False for a rule that takes triangles back to the wall.
+    pub coping: bool,
+    /// Triangles selected.
+    pub count: usize,
+    /// Their area.
+    pub area: f64,
+    /// Box around them; empty when there are none.
+    pub bounds: Bounds,
+}
+
+impl RuleResult {
+    /// Count, area and box of the chosen triangles.
+    pub fn of(
+        mesh: &TriMesh,
+        chosen: impl Fn(FaceId) -> bool,
+        name: &str,
+        coping: bool,
+    ) -> RuleResult {
+        let faces = || mesh.faces().filter(|&face| chosen(face));
+        RuleResult {
+            name: name.to_owned(),
+            coping,
+            count: faces().count(),
+            area: faces().map(|face| mesh.triangle_area(face)).sum(),
+            bounds: Bounds::of(faces().flat_map(|face| mesh.corners(face))),
+        }
+    }
+}
+
+impl Coping {
+    /// No tags: every triangle is wall.
+    pub fn none(mesh: &LoadedMesh) -> Coping {
+        Coping {
+            flags: vec![false; mesh.mesh.triangles.len()],
+            rules: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+}
+
+/// Reads a tag file and holds it against a mesh. A name that ends in `.toml`
+/// means the TOML form, any other the text form. `mesh_file` serves messages
+/// only.
+///
+/// # Errors
+///
+/// [`TagError`] names the file, the line, and what to do.
+pub fn read_tags(
+    file: impl AsRef<Path>,
+    loaded: &LoadedMesh,
+    mesh_file: &Path,
+) -> Result<Coping, TagError> {
+    let file = file.as_ref();
+    let bytes =
+        std::fs::read(file).map_err(|error| TagError::whole(file, TagProblem::Io(error)))?;
+    read_tags_bytes(&bytes, loaded, file, mesh_file)
+}
+
+/// Reads tags from memory; as [`read_tags`].
+///
+/// # Errors
+///
+/// As [`read_tags`].
+pub fn read_tags_bytes(
+    bytes: &[u8],
+    loaded: &LoadedMesh,
+    file: &Path,
+    mesh_file: &Path,
+) -> Result<Coping, TagError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let text = decode(bytes);
+    // Old Macintosh line ends.
+    let text = if text.contains('\n') {
+        text
+    } else {
+        text.replace('\r', "\n").into()
+    };
+    let fail = |located: Located| TagError::at(file, &text, located);
+    let is_toml = file
+        .extension()
+        .is_some_and(|suffix| suffix.eq_ignore_ascii_case("toml"));
+    let parsed = if is_toml {
+        self::toml::parse(&text)
+    } else {
+        text::parse(&text)
+    }
+    .map_err(fail)?;
+    apply(&parsed, loaded, mesh_file).map_err(fail)
+}
+
+fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping, Located> {
+    identity::check(&file.mesh, loaded, &mesh_file.display().to_string())?;
+    let mut coping = Coping::none(loaded);
+    let mut selector = Selector::new(loaded);
+    for rule in &file.rules {
+        let mut chosen = vec![true; coping.flags.len()];
+        for condition in &rule.conditions {
+            let strict = file.on_empty == OnEmpty::Error;
+            let holds = selector.select(condition, &rule.name, strict)?;
+            for (all, holds) in chosen.iter_mut().zip(holds) {
+                *all &= holds;
+            }
+        }
+        let is_chosen = |face: FaceId| chosen[face.index()];
+        let result = RuleResult::of(&loaded.mesh, is_chosen, &rule.name, rule.coping);
+        if result.count == 0 {
+            let rule_name = rule.name.clone();
+            let problem = TagProblem::SelectsNothing { rule: rule_name };
+            match file.on_empty {
+                OnEmpty::Error => return Err((rule.span.clone(), problem)),
+                OnEmpty::Warn => coping.warnings.push(problem.to_string()),
+                OnEmpty::Ignore => {}
+            }
+        }
+        for (flag, _) in coping.flags.iter_mut().zip(&chosen).filter(|(_, c)| **c) {
+            *flag = rule.coping;
+        }
+        coping.rules.push(result);
+    }
+    Ok(coping)
+}

@@ -1,0 +1,526 @@
+//! Clean-up of the raw mesh: needles and caps go, the surface stays.
+//!
+//! Lattice planes cut the mid-surface where they happen to, so the raw mesh
+//! has edges down to rounding. They are contracted onto one of their ends, and
+//! edges inside sheets are flipped. No vertex moves: each that is left is an
+//! exactly solved point of the mid-surface, with its walls.
+//!
+//! # What is promised
+//!
+//! - The result is homeomorphic to the raw mesh: the same sheets, seams,
+//!   junctions, borders and Euler characteristic. No edge gains triangles.
+//! - Lines stay: a coping border where it was, or within its flat coping face;
+//!   seams and fading borders within [`Settings::drift`], like the sheets.
+//! - No triangle turns over or loses its height.
+//! - The same mesh gives the same result, bit for bit.
+//!
+//! # What is not
+//!
+//! - That every needle goes. Where the surface bends, where lines run close
+//!   together and at borders with bends, some stay.
+
+mod complex;
+mod shape;
+#[cfg(test)]
+mod tests;
+
+use glam::DVec3;
+use serde::Serialize;
+use smallvec::SmallVec;
+
+use crate::field::Field;
+use crate::mesh::FaceId;
+use crate::surface::marked::Line;
+use crate::surface::marked::RawMesh;
+use complex::{Complex, Rank};
+use shape::{Shape, crossing_gap, to_segment, to_triangle};
+
+/// How far clean-up may go.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Edges shorter than this are contracted, in cells. A quarter of a
+    /// median edge: beyond it, triangles of usual shape would go.
+    pub short: f64,
+    /// How far the surface may move, in cells: sheets, seams and fading
+    /// borders. The sum of all moves at a place is held below it.
+    pub drift: f64,
+    /// How far a coping border may move away from its coping face, in cells.
+    pub coping_drift: f64,
+    /// Triangles with a smaller angle than this, degrees, are worth an edit
+    /// although none of their edges is short.
+    pub poor: f64,
+    /// Longest edge that such an edit may make, in cells. The lattice's own
+    /// longest is the diagonal of a cell.
+    pub long: f64,
+    /// Rounds of contracting and flipping at most.
+    pub rounds: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings {
+            short: 0.2,
+            drift: 0.02,
+            coping_drift: 1e-9,
+            poor: 12.0,
+            long: 1.8,
+            rounds: 6,
+        }
+    }
+}
+
+/// Edits made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Edits {
+    /// Edges contracted.
+    pub contracted: usize,
+    /// Edges flipped.
+    pub flipped: usize,
+    /// Edges that are short still.
+    pub short_left: usize,
+}
+
+/// A triangle keeps its direction if its normal turns by less than 60 degrees.
+const TURN: f64 = 0.5;
+
+/// Flatter triangles have no normal to trust: on a curved sheet the sagitta
+/// of the long side rivals the height.
+const TRUSTED: f64 = 0.05;
+
+/// No edit makes a triangle flatter than this, least height over longest
+/// edge, unless it was nearly as flat before.
+const FLATTEST: f64 = 1e-5;
+
+/// Sine of the angle that is good enough: an edit may lower better ones to it.
+const GOOD_ENOUGH: f64 = 0.21;
+
+/// Contracting a short edge may lower the sine of the worst angle to this
+/// share: where needles stand side by side, at a knot of short edges, one
+/// gets worse before it goes too.
+const LOSS: f64 = 0.5;
+
+/// An edit for shape's sake must raise the sine of the worst angle by this.
+const GAIN: f64 = 1.05;
+
+/// Contracts edges much shorter than a cell, and flips edges inside sheets.
+pub fn clean(mesh: RawMesh, cell: f64) -> RawMesh {
+    clean_counted(&mesh, cell, &Settings::default(), None).0
+}
+
+/// As [`clean`], with the field of the part: it tells which coping triangles
+/// lie in one plane, so that a border over a flat coping face is cleaned as a
+/// seam is. Without it only within each coping triangle.
+pub fn clean_on(mesh: RawMesh, cell: f64, field: &Field) -> RawMesh {
+    clean_counted(&mesh, cell, &Settings::default(), Some(field)).0
+}
+
+/// As [`clean_on`], with settings; tells what it did.
+pub fn clean_counted(
+    mesh: &RawMesh,
+    cell: f64,
+    settings: &Settings,
+    field: Option<&Field>,
+) -> (RawMesh, Edits) {
+    let mut cleaner = Cleaner::new(mesh, cell, settings, field);
+    for _ in 0..settings.rounds {
+        let changed = cleaner.contract_short() + cleaner.flip_poor() + cleaner.contract_poor();
+        if changed == 0 {
+            break;
+        }
+    }
+    cleaner.edits.short_left = cleaner.short_edges(|_| true).len();
+    (cleaner.complex.into_mesh(mesh), cleaner.edits)
+}
+
+struct Cleaner<'f> {
+    complex: Complex,
+    field: Option<&'f Field>,
+    /// How far the surface may have moved near each vertex.
+    drift: Vec<f64>,
+    /// Whether anything changed near a vertex since the last look, for each
+    /// of the two contracting passes.
+    fresh: [Vec<bool>; 3],
+    edits: Edits,
+    short: f64,
+    long: f64,
+    poor: f64,
+    drift_limit: f64,
+    coping_limit: f64,
+}
+
+/// Passes, as places in [`Cleaner::fresh`].
+const SHORT: usize = 0;
+const FLIP: usize = 1;
+const POOR: usize = 2;
+
+/// What a contraction would do.
+struct Outcome {
+    /// Sine of the worst angle after.
+    sine: f64,
+    /// Sine of the worst angle before, of all triangles concerned.
+    before: f64,
+    /// Longest edge made.
+    longest: f64,
+    /// How far the surface moves.
+    drift: f64,
+}
+
+impl<'f> Cleaner<'f> {
+    fn new(
+        mesh: &RawMesh,
+        cell: f64,
+        settings: &Settings,
+        field: Option<&'f Field>,
+    ) -> Cleaner<'f> {
+        let complex = Complex::new(mesh);
+        let count = complex.vertex_count();
+        Cleaner {
+            complex,
+            field,
+            drift: vec![0.0; count],
+            fresh: std::array::from_fn(|_| vec![true; count]),
+            edits: Edits::default(),
+            short: settings.short * cell,
+            long: settings.long * cell,
+            poor: settings.poor.to_radians().sin(),
+            drift_limit: settings.drift * cell,
+            coping_limit: settings.coping_drift * cell,
+        }
+    }
+
+    fn length(&self, a: u32, b: u32) -> f64 {
+        (self.complex.at(a) - self.complex.at(b)).length()
+    }
+
+    fn shape(&self, corners: [u32; 3]) -> Shape {
+        Shape::of(corners.map(|v| self.complex.at(v)))
+    }
+
+    /// Notes that the surroundings of a vertex are others now.
+    fn touch(&mut self, v: u32) {
+        let around: SmallVec<[u32; 16]> = SmallVec::from_slice(self.complex.around(v));
+        for t in around {
+            for w in self.complex.corners(t).into_iter().flatten() {
+                for fresh in &mut self.fresh {
+                    fresh[w as usize] = true;
+                }
+            }
+        }
+    }
+
+    /// Short edges with a chosen end, shortest first.
+    fn short_edges(&self, chosen: impl Fn(u32) -> bool) -> Vec<(u64, u32, u32)> {
+        let mut found = Vec::new();
+        for t in 0..self.complex.triangle_count() as u32 {
+            let Some(c) = self.complex.corners(t) else {
+                continue;
+            };
+            for k in 0..3 {
+                let (a, b) = (c[k].min(c[(k + 1) % 3]), c[k].max(c[(k + 1) % 3]));
+                if chosen(a) || chosen(b) {
+                    let length = self.length(a, b);
+                    if length < self.short {
+                        // Bits of a positive number sort as the number does.
+                        found.push((length.to_bits(), a, b));
+                    }
+                }
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// Contracts short edges, shortest first, until none can be.
+    fn contract_short(&mut self) -> usize {
+        let mut changed = 0;
+        for _ in 0..MAX_PASSES {
+            let fresh = std::mem::take(&mut self.fresh[SHORT]);
+            let edges = self.short_edges(|v| fresh[v as usize]);
+            self.fresh[SHORT] = vec![false; fresh.len()];
+            let before = changed;
+            for (_, a, b) in edges {
+                if !self.complex.adjacent(a, b) {
+                    continue;
+                }
+                let acceptable = |o: &Outcome| o.sine >= LOSS * o.before.min(GOOD_ENOUGH);
+                if let Some((u, v, outcome)) = self.best_contraction(a, b, acceptable) {
+                    self.contract(u, v, outcome.drift);
+                    changed += 1;
+                }
+            }
+            if changed == before {
+                break;
+            }
+        }
+        changed
+    }
+
+    /// Contracts any edge of a poor triangle if that betters the worst angle.
+    fn contract_poor(&mut self) -> usize {
+        let fresh = std::mem::take(&mut self.fresh[POOR]);
+        self.fresh[POOR] = vec![false; fresh.len()];
+        let mut changed = 0;
+        for (_, t) in self.poor_triangles(&fresh) {
+            let Some(c) = self.complex.corners(t) else {
+                continue;
+            };
+            if self.shape(c).sine >= self.poor {
+                continue;
+            }
+            let mut best: Option<(u32, u32, Outcome)> = None;
+            // Each corner onto each of its neighbours: a cap's apex may go to
+            // the far side.
+            for u in c {
+                let mut seen: SmallVec<[u32; 16]> = SmallVec::new();
+                let around: SmallVec<[u32; 16]> = SmallVec::from_slice(self.complex.around(u));
+                for v in around
+                    .into_iter()
+                    .filter_map(|s| self.complex.corners(s))
+                    .flatten()
+                {
+                    if v == u || seen.contains(&v) {
+                        continue;
+                    }
+                    seen.push(v);
+                    let Some(outcome) = self.contraction(u, v) else {
+                        continue;
+                    };
+                    let good = outcome.sine > (GAIN * outcome.before).min(GOOD_ENOUGH)
+                        && outcome.longest <= self.long;
+                    if good && best.as_ref().is_none_or(|b| outcome.sine > b.2.sine) {
+                        best = Some((u, v, outcome));
+                    }
+                }
+            }
+            if let Some((u, v, outcome)) = best {
+                self.contract(u, v, outcome.drift);
+                changed += 1;
+            }
+        }
+        changed
+    }
+
+    /// Triangles with a small angle and a fresh corner, worst first.
+    fn poor_triangles(&self, fresh: &[bool]) -> Vec<(u64, u32)> {
+        let mut found = Vec::new();
+        for t in 0..self.complex.triangle_count() as u32 {
+            if let Some(c) = self.complex.corners(t)
+                && c.iter().any(|v| fresh[*v as usize])
+            {
+                let sine = self.shape(c).sine;
+                if sine < self.poor {
+                    found.push((sine.to_bits(), t));
+                }
+            }
+        }
+        found.sort_unstable();
+        found
+    }
+
+    /// The better way to contract an edge, of those that are acceptable: the
+    /// lower rank goes, then the worst angle decides, then the lower number
+    /// stays.
+    fn best_contraction(
+        &self,
+        a: u32,
+        b: u32,
+        acceptable: impl Fn(&Outcome) -> bool,
+    ) -> Option<(u32, u32, Outcome)> {
+        let try_one = |u: u32, v: u32| self.contraction(u, v).filter(&acceptable);
+        match (self.complex.rank(a), self.complex.rank(b)) {
+            (ra, rb) if ra < rb => try_one(a, b).map(|o| (a, b, o)),
+            (ra, rb) if ra > rb => try_one(b, a).map(|o| (b, a, o)),
+            _ => match (try_one(b, a), try_one(a, b)) {
+                (Some(to_a), Some(to_b)) if to_b.sine > to_a.sine => Some((a, b, to_b)),
+                (Some(to_a), _) => Some((b, a, to_a)),
+                (None, to_b) => to_b.map(|o| (a, b, o)),
+            },
+        }
+    }
+
+    fn contract(&mut self, u: u32, v: u32, drift: f64) {
+        let moved = self.drift[u as usize].max(self.drift[v as usize]) + drift;
+        self.complex.contract(u, v);
+        self.drift[v as usize] = moved;
+        self.touch(v);
+        self.edits.contracted += 1;
+    }
+
+    /// What contracting the edge from `u` to `v` would do, if it may be done.
+    fn contraction(&self, u: u32, v: u32) -> Option<Outcome> {
+        let complex = &self.complex;
+        let (from, to) = (complex.at(u), complex.at(v));
+        let mut outcome = Outcome {
+            sine: 1.0,
+            before: 1.0,
+            longest: 0.0,
+            drift: 0.0,
+        };
+        if complex.rank(u) == Rank::Line {
+            outcome.drift = self.line_drift(u, v)?;
+        }
+        let mut to_new = f64::INFINITY;
+        for &t in complex.around(u) {
+            let c = complex.corners(t)?;
+            let old = self.shape(c);
+            outcome.before = outcome.before.min(old.sine);
+            if c.contains(&v) {
+                continue;
+            }
+            let moved = c.map(|w| if w == u { v } else { w });
+            let new = self.shape(moved);
+            let flat = new.flatness < FLATTEST && new.flatness < LOSS * old.flatness;
+            if flat || new.flatness <= 0.0 || !self.keeps_direction(t, c, &old, &new) {
+                return None;
+            }
+            outcome.sine = outcome.sine.min(new.sine);
+            for w in moved {
+                outcome.longest = outcome.longest.max((complex.at(w) - to).length());
+            }
+            to_new = to_new.min(to_triangle(from, moved.map(|w| complex.at(w))));
+        }
+        // Only triangles of the edge itself: nothing would be left of them.
+        if to_new == f64::INFINITY {
+            return None;
+        }
+        outcome.drift = outcome.drift.max(to_new);
+        let so_far = self.drift[u as usize].max(self.drift[v as usize]);
+        (so_far + outcome.drift <= self.drift_limit && complex.contractible(u, v))
+            .then_some(outcome)
+    }
+
+    /// How far a line moves when its vertex `u` is contracted onto its
+    /// neighbour `v`; `None` if that is too far.
+    fn line_drift(&self, u: u32, v: u32) -> Option<f64> {
+        let complex = &self.complex;
+        let class = complex.class(u, v)?;
+        let [a, b] = complex.line_through(u)?;
+        let far = if a == v { b } else { a };
+        let drift = to_segment(complex.at(u), complex.at(v), complex.at(far));
+        if class.mark == Some(Line::CopingBorder) {
+            let [here, this, that] = [u, v, far].map(|w| complex.coping(w));
+            // Both ends on one coping triangle: so is all between them.
+            let on_face = this.is_some() && this == that
+                || self.in_one_plane(here, this) && self.in_one_plane(this, that);
+            if !on_face && drift > self.coping_limit {
+                return None;
+            }
+        }
+        (drift <= self.drift_limit).then_some(drift)
+    }
+
+    /// Whether two coping triangles lie in one plane.
+    ///
+    /// A line that stays within [`Settings::drift`] between two points of a
+    /// flat coping face stays on that face, far from its rim.
+    fn in_one_plane(&self, a: Option<FaceId>, b: Option<FaceId>) -> bool {
+        let (Some(field), Some(a), Some(b)) = (self.field, a, b) else {
+            return false;
+        };
+        let known = |face: FaceId| face.index() < field.face_count();
+        if a == b || !known(a) || !known(b) {
+            return a == b;
+        }
+        let (normal, origin) = (field.normal(a), field.corners(a)[0]);
+        let apart = |p: DVec3| normal.dot(p - origin).abs() > self.coping_limit;
+        normal.dot(field.normal(b)) > 0.5 && !field.corners(b).into_iter().any(apart)
+    }
+
+    /// Whether a triangle that changes its corner `u` still faces the same way.
+    ///
+    /// If it had no normal to trust, it is held against those of its
+    /// neighbours that have one.
+    fn keeps_direction(&self, t: u32, c: [u32; 3], old: &Shape, new: &Shape) -> bool {
+        if old.flatness >= TRUSTED {
+            return old.normal.dot(new.normal) >= TURN;
+        }
+        let mut told = false;
+        for k in 0..3 {
+            let (a, b) = (c[k], c[(k + 1) % 3]);
+            let Some(wings) = self.complex.wings(a, b) else {
+                continue;
+            };
+            let Some(&(_, apex)) = wings.iter().find(|w| w.0 != t) else {
+                continue;
+            };
+            // Turned as this triangle is, whatever the neighbour's own turn.
+            let neighbour = self.shape([b, a, apex]);
+            if neighbour.flatness >= TRUSTED {
+                told = true;
+                if neighbour.normal.dot(new.normal) < 0.0 {
+                    return false;
+                }
+            }
+        }
+        told || old.normal.dot(new.normal) >= 0.0
+    }
+
+    /// Flips edges of poor triangles where that betters the worst angle.
+    fn flip_poor(&mut self) -> usize {
+        let mut changed = 0;
+        for _ in 0..MAX_PASSES {
+            let fresh = std::mem::take(&mut self.fresh[FLIP]);
+            self.fresh[FLIP] = vec![false; fresh.len()];
+            let before = changed;
+            for (_, t) in self.poor_triangles(&fresh) {
+                let Some(c) = self.complex.corners(t) else {
+                    continue;
+                };
+                let best = (0..3)
+                    .filter_map(|k| {
+                        let (a, b) = (c[k], c[(k + 1) % 3]);
+                        self.flip_gain(a, b).map(|(gain, gap)| (gain, gap, a, b))
+                    })
+                    .max_by(|x, y| x.0.total_cmp(&y.0));
+                if let Some((_, gap, a, b)) = best
+                    && let Some(wings) = self.complex.wings(a, b)
+                {
+                    self.complex.flip(a, b, wings);
+                    for v in [a, b, wings[0].1, wings[1].1] {
+                        self.drift[v as usize] += gap;
+                        self.touch(v);
+                    }
+                    self.edits.flipped += 1;
+                    changed += 1;
+                }
+            }
+            if changed == before {
+                break;
+            }
+        }
+        changed
+    }
+
+    /// Sine of the worst angle after flipping an edge, and how far the surface
+    /// moves; `None` if it may not be flipped or is no better after.
+    fn flip_gain(&self, a: u32, b: u32) -> Option<(f64, f64)> {
+        let complex = &self.complex;
+        let [(_, c), (_, d)] = complex.wings(a, b)?;
+        let at = |v: u32| complex.at(v);
+        let shape = |corners: [u32; 3]| self.shape(corners);
+        // In one orientation: abc and bad before, cda... after.
+        let old = [shape([a, b, c]), shape([b, a, d])];
+        let new = [shape([a, d, c]), shape([d, b, c])];
+        let worst = |pair: &[Shape; 2]| pair[0].sine.min(pair[1].sine);
+        if worst(&new) <= GAIN * worst(&old) || new.iter().any(|s| s.flatness < FLATTEST) {
+            return None;
+        }
+        let trusted: SmallVec<[DVec3; 2]> = (old.iter())
+            .filter(|s| s.flatness >= TRUSTED)
+            .map(|s| s.normal)
+            .collect();
+        let agree = |s: &Shape| trusted.iter().all(|n| n.dot(s.normal) >= TURN);
+        if !new.iter().all(agree) || new[0].normal.dot(new[1].normal) < TURN {
+            return None;
+        }
+        let gap = crossing_gap([at(a), at(b)], [at(c), at(d)])?;
+        let so_far = [a, b, c, d].map(|v| self.drift[v as usize]);
+        let so_far = so_far.into_iter().fold(0.0, f64::max);
+        let allowed = so_far + gap <= self.drift_limit && !complex.adjacent(c, d);
+        allowed.then(|| (worst(&new), gap))
+    }
+}
+
+/// Passes of one kind at most; each stops earlier when nothing changes.
+const MAX_PASSES: usize = 12;

@@ -1,0 +1,3 @@
+//! Editing of marked meshes.
+
+pub mod clean;

@@ -1,0 +1,106 @@
+//! The raw mesh: triangles over shared vertices, with the lines that followers gave.
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+
+use crate::mesh::FaceId;
+
+/// What a side of a polygon is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Line {
+    /// Inside a sheet.
+    Sheet,
+    /// Along a seam.
+    Seam,
+    /// Where the sheet leaves the part through coping.
+    CopingBorder,
+    /// Where the sheet fades out.
+    FadingBorder,
+}
+
+/// A vertex with the walls that tie there.
+#[derive(Clone, Debug)]
+pub struct RawVertex {
+    /// Where.
+    pub at: DVec3,
+    /// Wall triangles that tie.
+    pub walls: SmallVec<[FaceId; 4]>,
+    /// The coping triangle, on a coping border.
+    pub coping: Option<FaceId>,
+}
+
+/// Triangles over shared vertices.
+#[derive(Clone, Debug, Default)]
+pub struct RawMesh {
+    /// Vertices.
+    pub vertices: Vec<RawVertex>,
+    /// Triangles; no orientation promised.
+    pub triangles: Vec<[u32; 3]>,
+    /// What followers said of an edge, low vertex first. Edges not listed are
+    /// inside a sheet.
+    pub lines: FxHashMap<(u32, u32), Line>,
+}
+
+/// An edge and the triangles at it.
+pub type EdgeTriangles = ((u32, u32), SmallVec<[u32; 3]>);
+
+/// An edge by its vertices, low first.
+pub fn edge(a: u32, b: u32) -> (u32, u32) {
+    (a.min(b), a.max(b))
+}
+
+impl RawMesh {
+    /// Drops pairs of triangles on the same three corners. Where a sheet only
+    /// just bulges through a face, the pieces in both tetrahedra have all their
+    /// corners in that face, lie on each other and enclose nothing.
+    pub fn drop_pillows(&mut self) {
+        let sorted = |mut t: [u32; 3]| {
+            t.sort_unstable();
+            t
+        };
+        let mut count: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+        for &t in &self.triangles {
+            *count.entry(sorted(t)).or_default() += 1;
+        }
+        if count.len() == self.triangles.len() {
+            return;
+        }
+        self.triangles.retain(|&t| {
+            let n = count.entry(sorted(t)).or_default();
+            // Of an odd number one stays, the first.
+            let stays = *n % 2 == 1;
+            *n = 0;
+            stays
+        });
+    }
+
+    /// Drops marks from edges inside a sheet: where a loop was closed by
+    /// matching, the neighbour may have gone on beyond its border.
+    pub fn drop_stray_lines(&mut self) {
+        for (edge, triangles) in self.edge_triangles() {
+            if triangles.len() == 2 {
+                self.lines.remove(&edge);
+            }
+        }
+    }
+
+    /// Triangles at each edge, edges in ascending order.
+    pub fn edge_triangles(&self) -> Vec<EdgeTriangles> {
+        let mut all: Vec<((u32, u32), u32)> = Vec::with_capacity(3 * self.triangles.len());
+        for (t, c) in self.triangles.iter().enumerate() {
+            for k in 0..3 {
+                all.push((edge(c[k], c[(k + 1) % 3]), t as u32));
+            }
+        }
+        all.sort_unstable();
+        let mut out: Vec<EdgeTriangles> = Vec::new();
+        for (e, t) in all {
+            match out.last_mut() {
+                Some(last) if last.0 == e => last.1.push(t),
+                _ => out.push((e, SmallVec::from_slice(&[t]))),
+            }
+        }
+        out
+    }
+}

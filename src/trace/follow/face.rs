@@ -1,0 +1,367 @@
+//! Face contours: everything the mid-surface draws on one tetrahedron face.
+//!
+//! A face is solved once, from the vertices on its edges and from places where
+//! a 3D follower came through it, and read by both its tetrahedra.
+
+use glam::DVec3;
+use smallvec::SmallVec;
+
+use super::contour::{self, Exit, Region, Stop};
+use super::fan::{Spoke, fan};
+use crate::mesh::FaceId;
+use crate::trace::edge::Crossing;
+use crate::trace::probe::{Pair, Probe};
+use crate::trace::solve::distance_to;
+
+/// What a face vertex is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FaceNodeKind {
+    /// Walls tie: three or more spokes make a seam, two a crease, one the end
+    /// of the sheet in a round.
+    Tie,
+    /// The contour leaves the part through this coping triangle.
+    Coping(FaceId),
+    /// The walls of the contour stop being separate.
+    Fading,
+}
+
+/// A vertex inside a face.
+#[derive(Clone, Debug)]
+pub struct FaceNode {
+    /// Where.
+    pub at: DVec3,
+    /// What it is.
+    pub kind: FaceNodeKind,
+    /// Walls that tie there.
+    pub walls: SmallVec<[FaceId; 6]>,
+    /// Contours that leave it.
+    pub spokes: SmallVec<[Spoke; 4]>,
+}
+
+/// End of a contour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ArcEnd {
+    /// A vertex on side `side` of the face, by its number on that edge.
+    Crossing {
+        /// Side of the face.
+        side: u8,
+        /// Number on the edge.
+        index: u16,
+    },
+    /// A spoke of a face vertex.
+    Spoke {
+        /// Number of the vertex.
+        node: u16,
+        /// Number of the spoke.
+        spoke: u16,
+    },
+}
+
+/// A contour from end to end.
+#[derive(Clone, Copy, Debug)]
+pub struct FaceArc {
+    /// Its two ends.
+    pub ends: [ArcEnd; 2],
+}
+
+/// A point where a 3D follower came through a face.
+#[derive(Clone, Copy, Debug)]
+pub struct FaceSeed {
+    /// Where.
+    pub at: DVec3,
+    /// For a coping border, the triangle and the walls; otherwise walls tie here.
+    pub border: Option<(FaceId, Pair)>,
+}
+
+/// All contours of one face.
+#[derive(Clone, Debug, Default)]
+pub struct FaceContours {
+    /// Vertices inside the face.
+    pub nodes: Vec<FaceNode>,
+    /// Contours between vertices.
+    pub arcs: Vec<FaceArc>,
+    /// Vertices on the edges that only the contours led to, by side; their
+    /// numbers follow those that were known.
+    pub found: Vec<(u8, Crossing)>,
+    /// Where a follower could not go on, or two disagreed.
+    pub lost: Vec<DVec3>,
+}
+
+/// Solves a face given the vertices on its sides and the seeds inside it.
+pub fn solve_face(
+    probe: &mut Probe,
+    mut region: Region,
+    sides: [&[Crossing]; 3],
+    low_first: [bool; 3],
+    seeds: &[FaceSeed],
+) -> FaceContours {
+    let tie = probe.walls().tolerances().tie;
+    let size = region.corners[0].distance(region.corners[1]);
+    region.stations = seeds.iter().map(|s| s.at).collect();
+    let mut face = Work {
+        region: &region,
+        sides: sides.map(|s| s.to_vec()),
+        low_first,
+        used: sides.map(|s| vec![false; s.len()]),
+        spokes_used: Vec::new(),
+        near: 1e-7 * size + 2.0 * tie,
+        out: FaceContours::default(),
+    };
+    for seed in seeds {
+        face.plant(probe, seed);
+    }
+    let mut next_node = 0;
+    let mut next_side = 0;
+    loop {
+        // Spokes first: a contour through a known vertex must not pass it by.
+        while next_node < face.out.nodes.len() {
+            for spoke in 0..face.out.nodes[next_node].spokes.len() {
+                if !face.spokes_used[next_node][spoke] {
+                    let at = face.out.nodes[next_node].at;
+                    let pair = face.out.nodes[next_node].spokes[spoke].pair;
+                    let end = ArcEnd::Spoke {
+                        node: next_node as u16,
+                        spoke: spoke as u16,
+                    };
+                    face.walk(probe, end, at, pair);
+                }
+            }
+            next_node += 1;
+        }
+        let Some((side, index)) = face.unused_crossing(next_side) else {
+            break;
+        };
+        next_side = side;
+        let crossing = face.sides[side][index];
+        let pair = Pair {
+            left: crossing.walls[0],
+            right: crossing.walls[1],
+        };
+        let pair = contour::aim(probe, crossing.at, region.normal, pair, region.inward(side));
+        face.walk(
+            probe,
+            ArcEnd::Crossing {
+                side: side as u8,
+                index: index as u16,
+            },
+            crossing.at,
+            pair,
+        );
+    }
+    face.out
+}
+
+struct Work<'r> {
+    region: &'r Region,
+    sides: [Vec<Crossing>; 3],
+    low_first: [bool; 3],
+    used: [Vec<bool>; 3],
+    spokes_used: Vec<SmallVec<[bool; 4]>>,
+    near: f64,
+    out: FaceContours,
+}
+
+impl Work<'_> {
+    fn unused_crossing(&self, from: usize) -> Option<(usize, usize)> {
+        (from..3).find_map(|s| self.used[s].iter().position(|u| !u).map(|i| (s, i)))
+    }
+
+    fn plant(&mut self, probe: &mut Probe, seed: &FaceSeed) {
+        if self
+            .out
+            .nodes
+            .iter()
+            .any(|n| n.at.distance(seed.at) <= self.near)
+        {
+            return;
+        }
+        if probe.is_outside(seed.at) {
+            self.out.lost.push(seed.at);
+            return;
+        }
+        match seed.border {
+            Some((coping, pair)) => {
+                let into = -probe.field().normal(coping);
+                let pair = contour::aim(probe, seed.at, self.region.normal, pair, into);
+                self.add_border(probe, seed.at, pair, FaceNodeKind::Coping(coping));
+            }
+            None => {
+                let nearest = probe.nearest_anywhere(seed.at);
+                let fan = fan(probe, seed.at, self.region.normal, nearest.distance);
+                self.add_node(FaceNode {
+                    at: seed.at,
+                    kind: FaceNodeKind::Tie,
+                    walls: fan.walls,
+                    spokes: fan.spokes,
+                });
+            }
+        }
+    }
+
+    fn add_node(&mut self, node: FaceNode) -> usize {
+        self.spokes_used
+            .push(SmallVec::from_elem(false, node.spokes.len()));
+        self.out.nodes.push(node);
+        self.out.nodes.len() - 1
+    }
+
+    /// A vertex with one contour, `pair` heading away from it.
+    fn add_border(&mut self, probe: &Probe, at: DVec3, pair: Pair, kind: FaceNodeKind) -> usize {
+        let field = probe.field();
+        let across = distance_to(field, at, pair.left).1 - distance_to(field, at, pair.right).1;
+        let direction = self.region.normal.cross(across).normalize_or_zero();
+        self.add_node(FaceNode {
+            at,
+            kind,
+            walls: SmallVec::from_slice(&[pair.left, pair.right]),
+            spokes: SmallVec::from_slice(&[Spoke { pair, direction }]),
+        })
+    }
+
+    fn mark(&mut self, end: ArcEnd) {
+        match end {
+            ArcEnd::Crossing { side, index } => self.used[side as usize][index as usize] = true,
+            ArcEnd::Spoke { node, spoke } => self.spokes_used[node as usize][spoke as usize] = true,
+        }
+    }
+
+    fn walk(&mut self, probe: &mut Probe, from: ArcEnd, at: DVec3, pair: Pair) {
+        self.mark(from);
+        let stop = contour::follow(probe, self.region, at, pair);
+        let to = match stop {
+            Stop::Side { side, at, pair } => self.arrive_on_side(probe, side, at, pair),
+            Stop::Node { fan, arrived } => {
+                let back = fan.spokes[arrived].direction;
+                match self.node_near(fan.at) {
+                    Some(node) => self.free_spoke(node, back),
+                    None => {
+                        let node = self.add_node(FaceNode {
+                            at: fan.at,
+                            kind: FaceNodeKind::Tie,
+                            walls: fan.walls,
+                            spokes: fan.spokes,
+                        });
+                        Some(ArcEnd::Spoke {
+                            node: node as u16,
+                            spoke: arrived as u16,
+                        })
+                    }
+                }
+            }
+            Stop::Leaves {
+                at,
+                pair,
+                exit: Exit::Coping(coping),
+            } => self.arrive_at_border(probe, at, pair, FaceNodeKind::Coping(coping)),
+            // A face has no fences.
+            Stop::Leaves {
+                exit: Exit::Fence(_),
+                ..
+            } => None,
+            Stop::Station { station, heading } => self
+                .node_near(self.region.stations[station])
+                .and_then(|node| self.free_spoke(node, -heading)),
+            Stop::Fades { at, pair } => {
+                self.arrive_at_border(probe, at, pair, FaceNodeKind::Fading)
+            }
+            Stop::Lost { at } => {
+                self.out.lost.push(at);
+                return;
+            }
+        };
+        match to {
+            Some(to) => {
+                self.mark(to);
+                self.out.arcs.push(FaceArc { ends: [from, to] });
+            }
+            None => self.out.lost.push(at),
+        }
+    }
+
+    fn node_near(&self, at: DVec3) -> Option<usize> {
+        let near = |n: &FaceNode| n.at.distance(at);
+        (0..self.out.nodes.len())
+            .filter(|&k| near(&self.out.nodes[k]) <= self.near)
+            .min_by(|&a, &b| near(&self.out.nodes[a]).total_cmp(&near(&self.out.nodes[b])))
+    }
+
+    /// The unused spoke of a vertex that points most along `direction`.
+    fn free_spoke(&self, node: usize, direction: DVec3) -> Option<ArcEnd> {
+        let spokes = &self.out.nodes[node].spokes;
+        (0..spokes.len())
+            .filter(|&s| !self.spokes_used[node][s] && spokes[s].direction.dot(direction) > 0.5)
+            .max_by(|&a, &b| {
+                spokes[a]
+                    .direction
+                    .dot(direction)
+                    .total_cmp(&spokes[b].direction.dot(direction))
+            })
+            .map(|spoke| ArcEnd::Spoke {
+                node: node as u16,
+                spoke: spoke as u16,
+            })
+    }
+
+    fn arrive_at_border(
+        &mut self,
+        probe: &Probe,
+        at: DVec3,
+        pair: Pair,
+        kind: FaceNodeKind,
+    ) -> Option<ArcEnd> {
+        let node = match self.node_near(at) {
+            Some(node) => node,
+            None => self.add_border(probe, at, pair.reversed(), kind),
+        };
+        let free = (0..self.spokes_used[node].len()).find(|&s| !self.spokes_used[node][s])?;
+        Some(ArcEnd::Spoke {
+            node: node as u16,
+            spoke: free as u16,
+        })
+    }
+
+    fn arrive_on_side(
+        &mut self,
+        probe: &Probe,
+        side: usize,
+        at: DVec3,
+        pair: Pair,
+    ) -> Option<ArcEnd> {
+        let gap = |c: &Crossing| c.at.distance(at);
+        let known = &self.sides[side];
+        let best = (0..known.len())
+            .filter(|&k| gap(&known[k]) <= self.near)
+            .min_by(|&a, &b| {
+                (self.used[side][a], gap(&known[a]))
+                    .partial_cmp(&(self.used[side][b], gap(&known[b])))
+                    .unwrap_or(std::cmp::Ordering::Equal)
+            });
+        let index = match best {
+            Some(k) if self.used[side][k] => return None,
+            Some(k) => k,
+            None if probe.is_outside(at) => return None,
+            None => {
+                let (p, q) = self.region.side(side);
+                let way = if self.low_first[side] { q - p } else { p - q };
+                // Walls in order along the edge: `across` points to where the right one is nearer.
+                let field = probe.field();
+                let across =
+                    distance_to(field, at, pair.left).1 - distance_to(field, at, pair.right).1;
+                let walls = if across.dot(way) > 0.0 {
+                    [pair.left, pair.right]
+                } else {
+                    [pair.right, pair.left]
+                };
+                let crossing = Crossing { at, walls };
+                self.sides[side].push(crossing);
+                self.used[side].push(false);
+                self.out.found.push((side as u8, crossing));
+                self.sides[side].len() - 1
+            }
+        };
+        Some(ArcEnd::Crossing {
+            side: side as u8,
+            index: index as u16,
+        })
+    }
+}

@@ -1,0 +1,234 @@
+//! Strands to loops, loops to triangles.
+
+use glam::DVec3;
+use smallvec::SmallVec;
+
+use super::{InnerKind, Line, Plugs, Polygon, Port, Strand, VertexKey, Work};
+use crate::mesh::FaceId;
+use crate::trace::edge;
+use crate::trace::probe::Pair;
+use crate::trace::solve::distance_to;
+use crate::trace::tet::polygon;
+
+impl Work<'_, '_> {
+    /// The common name of a port, where a crease joins two.
+    fn common(&self, port: Port) -> Port {
+        self.bridges
+            .iter()
+            .find(|b| b.1 == port)
+            .map_or(port, |b| b.0)
+    }
+
+    /// Strand ends by port: a tetrahedron has a handful.
+    fn plugged(&self) -> Plugs {
+        let mut ends: Vec<(Port, usize, usize)> = Vec::with_capacity(2 * self.strands.len());
+        for (s, strand) in self.strands.iter().enumerate() {
+            for side in 0..2 {
+                ends.push((self.common(strand.ports[side]), s, side));
+            }
+        }
+        ends.sort_unstable();
+        Plugs { ends }
+    }
+
+    /// Where a curve was lost, or a sheet stops being one on the way: closes
+    /// each sheet's loop from its face contours alone. Ports with one strand
+    /// are joined in pairs, those first whose walls lie most alike.
+    pub(super) fn match_open_ports(&mut self) {
+        let plugged = self.plugged();
+        let mut open: Vec<(Port, VertexKey, DVec3, [DVec3; 2])> = Vec::new();
+        for ends in plugged.ends.chunk_by(|a, b| a.0 == b.0) {
+            if let [(port, strand, side)] = ends[..] {
+                let vertex = self.strands[strand].vertices[side];
+                let at = self.position(vertex);
+                if let Some(pair) = self.pair_at(port) {
+                    let away = |w: FaceId| distance_to(self.probe.field(), at, w).1;
+                    open.push((port, vertex, at, [away(pair.left), away(pair.right)]));
+                }
+            }
+        }
+        let unlike = |a: &[DVec3; 2], b: &[DVec3; 2]| {
+            (a[0].distance(b[0]) + a[1].distance(b[1]))
+                .min(a[0].distance(b[1]) + a[1].distance(b[0]))
+        };
+        let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
+        for i in 0..open.len() {
+            for j in i + 1..open.len() {
+                candidates.push((unlike(&open[i].3, &open[j].3), i, j));
+            }
+        }
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut taken = vec![false; open.len()];
+        for (_, i, j) in candidates {
+            if taken[i] || taken[j] {
+                continue;
+            }
+            taken[i] = true;
+            taken[j] = true;
+            self.out.matched += 1;
+            if open[i].1 == open[j].1 {
+                self.bridges.push((open[i].0, open[j].0));
+                continue;
+            }
+            // A contour missing in a face is missing for the neighbour too:
+            // unless both close it alike it shows as a crack.
+            let in_face = |p: Port| matches!(p, Port::Crossing(..));
+            let line = if in_face(open[i].0) || in_face(open[j].0) {
+                Line::Sheet
+            } else {
+                Line::FadingBorder
+            };
+            self.strands.push(Strand {
+                ports: [open[i].0, open[j].0],
+                vertices: [open[i].1, open[j].1],
+                between: Vec::new(),
+                line,
+            });
+        }
+    }
+
+    /// The walls of the sheet at a port.
+    fn pair_at(&self, port: Port) -> Option<Pair> {
+        match port {
+            Port::Crossing(edge, n) => {
+                let c = self.crossings.get(&edge)?.get(n as usize)?;
+                Some(Pair {
+                    left: c.walls[0],
+                    right: c.walls[1],
+                })
+            }
+            Port::Spoke { face, node, spoke } => Some(
+                self.faces[face as usize]
+                    .nodes
+                    .get(node as usize)?
+                    .spokes
+                    .get(spoke as usize)?
+                    .pair,
+            ),
+            Port::Sheet { .. } => self
+                .ends
+                .iter()
+                .flat_map(|e| &e.sheets)
+                .find(|s| s.0 == port)
+                .map(|s| s.1),
+        }
+    }
+
+    /// Joins strands to loops.
+    pub(super) fn chain(&mut self) {
+        let plugged = self.plugged();
+        let mut used = vec![false; self.strands.len()];
+        for first in 0..self.strands.len() {
+            if used[first] {
+                continue;
+            }
+            let mut polygon = Polygon::default();
+            let (mut strand, mut side) = (first, 0);
+            let closed = loop {
+                used[strand] = true;
+                let s = &self.strands[strand];
+                // Walk the strand from `side` to the other end.
+                polygon.corners.push(s.vertices[side]);
+                polygon.lines.push(s.line);
+                let way: Vec<VertexKey> = if side == 0 {
+                    s.between.clone()
+                } else {
+                    s.between.iter().rev().copied().collect()
+                };
+                for v in way {
+                    polygon.corners.push(v);
+                    polygon.lines.push(s.line);
+                }
+                let others = plugged.at(self.common(s.ports[1 - side]));
+                let [p, q] = others else { break false };
+                let here = (strand, 1 - side);
+                let next = if (p.1, p.2) == here {
+                    (q.1, q.2)
+                } else {
+                    (p.1, p.2)
+                };
+                if used[next.0] {
+                    break next == (first, 0);
+                }
+                (strand, side) = next;
+            };
+            if closed {
+                self.out.polygons.push(polygon);
+            } else {
+                let s = &self.strands[strand];
+                let v = s.vertices[1 - side];
+                self.out.open.push(self.position(v));
+            }
+        }
+    }
+
+    /// Cuts all polygons into triangles.
+    pub(super) fn cut_polygons(&mut self) {
+        let polygons = std::mem::take(&mut self.out.polygons);
+        for polygon in polygons.iter().filter(|p| p.corners.len() >= 3) {
+            let points: Vec<DVec3> = polygon.corners.iter().map(|&v| self.position(v)).collect();
+            let on: Vec<u8> = polygon.corners.iter().map(|&v| self.faces_of(v)).collect();
+            let cut = polygon::triangulate(&points, |i, j| on[i] & on[j] != 0);
+            match cut {
+                Some(triangles) => self
+                    .out
+                    .triangles
+                    .extend(triangles.iter().map(|t| t.map(|c| polygon.corners[c]))),
+                None => {
+                    let middle = self.add_middle(&points);
+                    let n = points.len();
+                    for k in 0..n {
+                        self.out.triangles.push([
+                            polygon.corners[k],
+                            polygon.corners[(k + 1) % n],
+                            middle,
+                        ]);
+                    }
+                }
+            }
+        }
+        self.out.polygons = polygons;
+    }
+
+    /// A vertex in the middle of a polygon, on the mid-surface if it is found there.
+    fn add_middle(&mut self, points: &[DVec3]) -> VertexKey {
+        let centre = points.iter().sum::<DVec3>() / points.len() as f64;
+        let reach = 0.5
+            * points
+                .iter()
+                .map(|p| p.distance(centre))
+                .fold(0.0, f64::max);
+        let normal = polygon::normal(points).normalize_or_zero();
+        let found = edge::crossing_near(self.probe, centre, normal, reach);
+        let (at, walls) = match found {
+            Some(c) => (c.at, SmallVec::from_slice(&c.walls)),
+            None => (centre, SmallVec::new()),
+        };
+        VertexKey::Inner(self.key, self.add_inner(at, InnerKind::Middle, walls))
+    }
+
+    /// Faces of the tetrahedron that a vertex lies on, one bit each.
+    fn faces_of(&self, vertex: VertexKey) -> u8 {
+        let on = |f: usize| match vertex {
+            VertexKey::Edge(e, _) => self.face_keys[f].edges().contains(&e),
+            VertexKey::Face(k, _) => self.face_keys[f] == k,
+            VertexKey::Inner(..) => false,
+        };
+        (0..4).map(|f| (on(f) as u8) << f).sum()
+    }
+
+    pub(super) fn position(&self, vertex: VertexKey) -> DVec3 {
+        match vertex {
+            VertexKey::Face(key, n) => (0..4)
+                .find(|&f| self.face_keys[f] == key)
+                .and_then(|f| self.faces[f].nodes.get(n as usize))
+                .map_or(DVec3::NAN, |node| node.at),
+            VertexKey::Inner(_, n) => self.out.inner.get(n as usize).map_or(DVec3::NAN, |v| v.at),
+            VertexKey::Edge(e, n) => self
+                .crossings
+                .get(&e)
+                .and_then(|l| l.get(n as usize))
+                .map_or(DVec3::NAN, |c| c.at),
+        }
+    }
+}

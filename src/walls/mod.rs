@@ -1,0 +1,556 @@
+//! Which footpoints belong to one wall, and the per-thread way to ask.
+//!
+//! A mid-surface point has two footpoints on *separate* walls. Two footpoints
+//! that a short path over wall triangles joins lie on one wall: the ball sits
+//! in a convex edge or round of it, and the sheet between them is a fin
+//! (Bloomenthal 2011, section 6, asks for manual pruning of these). The path
+//! is the medial geodesic function of Dey and Sun (2006), asked locally:
+//! coping cuts it, so a web is never mistaken for a fin, however weak its
+//! object angle.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::field::{Field, Footpoint};
+use crate::mesh::{FaceId, Part};
+
+/// Largest object angle of a fin: that of a convex edge of 45 degrees. A wall
+/// that narrows to a sharper edge is a tapered wall, and its sheet is wanted.
+pub const MAX_FIN_ANGLE: f64 = 135.0;
+
+/// Longest path, against the chord, that leads round a convex edge, round or
+/// rim corner of 45 degrees or more: 1 / sin(45 / 2).
+const LONGEST_WAY: f64 = 2.62;
+
+/// A path round one corner narrows towards it: its quarter points are half a
+/// chord apart for a sharp corner, 0.71 for a full round. The path round the
+/// end of a web does not: 1. A bump lower than 0.3 of its width narrows too,
+/// and has no sheet of its own.
+const NARROWS: f64 = 0.8;
+
+/// Path against chord of a footpoint that slides along one smooth wall.
+const SLIDE_WAY: f64 = 1.1;
+
+/// Path against chord on a plain curved wall: an arc of 50 degrees.
+const PLAIN_WAY: f64 = 1.03;
+
+/// Gap of two footpoints, against their distance, that is no jump yet.
+const HARDLY_MOVED: f64 = 0.1;
+
+/// Triangles looked at before a path counts as long.
+const PATH_BUDGET: usize = 4096;
+
+/// Coping triangles joined to flat patches, so that a border that runs along
+/// an edge inside a flat end face, or through a corner, meets nothing there.
+struct Patches {
+    of: Vec<Option<u32>>,
+    outlines: Vec<Vec<(FaceId, usize)>>,
+}
+
+impl Patches {
+    fn new(field: &Field, neighbours: &[[Option<FaceId>; 3]]) -> Patches {
+        /// Sine of the angle below which two triangles are in one plane.
+        const FLAT: f64 = 1e-6;
+        let count = field.face_count();
+        let mut patches = Patches {
+            of: vec![None; count],
+            outlines: Vec::new(),
+        };
+        for seed in (0..count as u32).map(FaceId) {
+            if !field.is_coping(seed) || patches.of[seed.index()].is_some() {
+                continue;
+            }
+            let number = patches.outlines.len() as u32;
+            // Every triangle is held against the first one, so that a curved
+            // rim of many flat steps does not become one patch.
+            let normal = field.normal(seed);
+            let mut outline = Vec::new();
+            let mut open = vec![seed];
+            patches.of[seed.index()] = Some(number);
+            while let Some(face) = open.pop() {
+                for (k, next) in neighbours[face.index()].into_iter().enumerate() {
+                    let next = next.filter(|&n| {
+                        field.is_coping(n)
+                            && field.normal(n).dot(normal) > 0.0
+                            && field.normal(n).cross(normal).length() < FLAT
+                    });
+                    match next {
+                        Some(n) if patches.of[n.index()] == Some(number) => {}
+                        Some(n) if patches.of[n.index()].is_none() => {
+                            patches.of[n.index()] = Some(number);
+                            open.push(n);
+                        }
+                        _ => outline.push((face, k)),
+                    }
+                }
+            }
+            outline.sort_unstable();
+            patches.outlines.push(outline);
+        }
+        patches
+    }
+}
+
+/// What counts as a separate pair of footpoints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Separation {
+    /// Smallest object angle of a sheet, degrees.
+    pub min_angle: f64,
+    /// Keep fins stronger than this object angle, degrees; `None` prunes all.
+    pub keep_fins_from: Option<f64>,
+}
+
+/// Lengths below which things are equal; all in part units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerances {
+    /// Newton steps and roots stop here: 1e-13 of the part's size.
+    pub solve: f64,
+    /// Distances that differ by less are tied: 2e-7 of the part's size, a
+    /// little more than what single-precision input is off by.
+    pub tie: f64,
+}
+
+/// The field with what tells walls apart. Shared by all threads.
+pub struct Walls<'a> {
+    field: &'a Field,
+    neighbours: Vec<[Option<FaceId>; 3]>,
+    indices: Vec<[u32; 3]>,
+    /// Wall triangles at each vertex: `around[first[v]..first[v + 1]]`.
+    first: Vec<u32>,
+    around: Vec<FaceId>,
+    /// Number of the connected piece of wall that each triangle belongs to.
+    pieces: Vec<u32>,
+    patches: Patches,
+    separation: Separation,
+    tolerances: Tolerances,
+}
+
+impl<'a> Walls<'a> {
+    /// Joins a field with the adjacency of its part.
+    pub fn new(part: &Part, field: &'a Field, separation: Separation) -> Walls<'a> {
+        let triangles = &part.mesh().triangles;
+        let mut open: FxHashMap<(u32, u32), (u32, usize)> = FxHashMap::default();
+        let mut neighbours = vec![[None; 3]; triangles.len()];
+        for (f, t) in triangles.iter().enumerate() {
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                match open.remove(&(b, a)) {
+                    Some((g, j)) => {
+                        neighbours[f][k] = Some(FaceId(g));
+                        neighbours[g as usize][j] = Some(FaceId(f as u32));
+                    }
+                    None => {
+                        open.insert((a, b), (f as u32, k));
+                    }
+                }
+            }
+        }
+        let (low, high) = field.bounds();
+        let size = (high - low).length();
+        let vertices = part.mesh().positions.len();
+        let wall_corners = || {
+            let walls = (0..triangles.len() as u32)
+                .map(FaceId)
+                .filter(|&f| !field.is_coping(f));
+            walls.flat_map(|f| triangles[f.index()].map(|v| (v as usize, f)))
+        };
+        let mut first = vec![0u32; vertices + 1];
+        wall_corners().for_each(|(v, _)| first[v + 1] += 1);
+        for v in 0..vertices {
+            first[v + 1] += first[v];
+        }
+        let mut around = vec![FaceId(0); first[vertices] as usize];
+        let mut next = first.clone();
+        for (v, f) in wall_corners() {
+            around[next[v] as usize] = f;
+            next[v] += 1;
+        }
+        let pieces = pieces(triangles, vertices, |f| {
+            field.is_coping(f) && field.normal(f) != DVec3::ZERO
+        });
+        Walls {
+            field,
+            pieces,
+            first,
+            around,
+            patches: Patches::new(field, &neighbours),
+            neighbours,
+            indices: triangles.clone(),
+            separation,
+            tolerances: Tolerances {
+                solve: 1e-13 * size,
+                tie: 2e-7 * size,
+            },
+        }
+    }
+
+    /// The field underneath.
+    pub fn field(&self) -> &Field {
+        self.field
+    }
+
+    /// Lengths that count as equal.
+    pub fn tolerances(&self) -> Tolerances {
+        self.tolerances
+    }
+
+    /// The triangle across edge `k` beside `at`, hopping over triangles without
+    /// area that fill the gap where a long edge meets several short ones.
+    pub fn neighbour_beside(&self, face: FaceId, k: usize, at: DVec3) -> Option<FaceId> {
+        const MOST_HOPS: usize = 64;
+        let (mut from, mut next) = (face, self.neighbours[face.index()][k]?);
+        for _ in 0..MOST_HOPS {
+            if self.field.normal(next) != DVec3::ZERO {
+                return Some(next);
+            }
+            let corners = self.field.corners(next);
+            let gap = |j: usize| {
+                let edge = [corners[j], corners[(j + 1) % 3]];
+                straight_crossing(at, at, edge).distance(at)
+            };
+            let others = self.neighbours[next.index()];
+            let out = (0..3)
+                .filter(|&j| others[j].is_some_and(|n| n != from))
+                .min_by(|&i, &j| gap(i).total_cmp(&gap(j)))?;
+            (from, next) = (next, others[out]?);
+        }
+        None
+    }
+
+    /// The outline of the flat patch that a coping triangle belongs to: its
+    /// edges, each as a triangle of the patch and the edge's number there.
+    pub fn outline(&self, coping: FaceId) -> &[(FaceId, usize)] {
+        match self.patches.of[coping.index()] {
+            Some(patch) => &self.patches.outlines[patch as usize],
+            None => &[],
+        }
+    }
+
+    /// Wall triangles at a vertex.
+    fn around(&self, vertex: u32) -> &[FaceId] {
+        &self.around[self.first[vertex as usize] as usize..self.first[vertex as usize + 1] as usize]
+    }
+
+    /// The triangle that holds the footpoint of `x` on the wall that `face` is
+    /// part of: descends from triangle to triangle round their corners, over
+    /// reflex edges and bends of at most `crease` degrees, never over a
+    /// sharper convex edge, where the footpoint would jump.
+    pub fn settle(&self, x: DVec3, face: FaceId, crease: f64) -> FaceId {
+        const MOST: usize = 256;
+        let cosine = crease.to_radians().cos();
+        let mut here = self.field.footpoint_on(x, face);
+        for _ in 0..MOST {
+            let away = (x - here.point).normalize_or_zero();
+            let mut best = here;
+            for v in self.indices[here.face.index()] {
+                for &next in self.around(v) {
+                    let foot = self.field.footpoint_on(x, next);
+                    let nearer = foot.distance < best.distance * (1.0 - 1e-14);
+                    if nearer
+                        && ((x - foot.point).normalize_or_zero().dot(away) >= cosine
+                            || self.smooth_neighbours(here.face, next, crease))
+                    {
+                        best = foot;
+                    }
+                }
+            }
+            if best.face == here.face {
+                break;
+            }
+            here = best;
+        }
+        here.face
+    }
+
+    /// Whether two triangles share an edge that is reflex or bends by at most
+    /// `angle` degrees: a footpoint passes it without a jump worth a vertex.
+    pub fn smooth_neighbours(&self, a: FaceId, b: FaceId, angle: f64) -> bool {
+        let Some(k) = self.neighbours[a.index()]
+            .iter()
+            .position(|&n| n == Some(b))
+        else {
+            return false;
+        };
+        let (na, nb) = (self.field.normal(a), self.field.normal(b));
+        if na.dot(nb) >= angle.to_radians().cos() {
+            return true;
+        }
+        let corners = self.field.corners(a);
+        // Out of `a` across the edge: at a convex edge the neighbour's normal leans that way.
+        let out = (corners[(k + 1) % 3] - corners[k]).cross(na);
+        nb.dot(out) < 0.0
+    }
+
+    /// Whether two tied footpoints of `x` make `x` a point of the mid-surface.
+    pub fn separate(&self, x: DVec3, a: &Footpoint, b: &Footpoint) -> bool {
+        if a.face == b.face {
+            return false;
+        }
+        let chord = a.point.distance(b.point);
+        if chord <= 4.0 * self.tolerances.tie {
+            return false;
+        }
+        let angle = object_angle(x, a, b);
+        if angle > MAX_FIN_ANGLE {
+            return true;
+        }
+        if angle < self.separation.min_angle {
+            return false;
+        }
+        if self
+            .separation
+            .keep_fins_from
+            .is_some_and(|least| angle >= least)
+        {
+            return true;
+        }
+        !self
+            .path(a, b, LONGEST_WAY * chord)
+            .is_some_and(|p| p.waist < NARROWS * chord)
+    }
+
+    /// Whether a footpoint may slide from `a` to `b` along one smooth wall.
+    pub fn slides(&self, a: &Footpoint, b: &Footpoint) -> bool {
+        if a.face == b.face {
+            return true;
+        }
+        let chord = a.point.distance(b.point);
+        // Round a corner of a hole the way is long for a footpoint that has
+        // hardly moved, seen from the point that it belongs to.
+        let way = if chord <= HARDLY_MOVED * a.distance {
+            LONGEST_WAY
+        } else {
+            SLIDE_WAY
+        };
+        chord <= 4.0 * self.tolerances.tie || self.path(a, b, way * chord).is_some()
+    }
+
+    /// Whether the wall between two footpoints is plain: the way over it is
+    /// straight, or bends no more than a smooth wall may, with nothing to go round.
+    pub fn plain_between(&self, a: &Footpoint, b: &Footpoint) -> bool {
+        let chord = a.point.distance(b.point);
+        if a.face == b.face || chord <= 4.0 * self.tolerances.tie {
+            return true;
+        }
+        let flat = self.field.normal(a.face).dot(self.field.normal(b.face)) > 1.0 - 1e-12;
+        let way = if flat { 1.0 + 1e-6 } else { PLAIN_WAY };
+        self.path(a, b, way * chord).is_some()
+    }
+
+    /// Whether a path may lead over a triangle: walls, and triangles without
+    /// area, which part nothing whatever their tag.
+    fn is_way(&self, face: FaceId) -> bool {
+        !self.field.is_coping(face) || self.field.normal(face) == DVec3::ZERO
+    }
+
+    /// The path between neighbours, over a common edge or corner.
+    fn path_over_one(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
+        let corners = self.field.corners(a.face);
+        let at = match self.neighbours[a.face.index()]
+            .iter()
+            .position(|&n| n == Some(b.face))
+        {
+            Some(k) => straight_crossing(a.point, b.point, [corners[k], corners[(k + 1) % 3]]),
+            None => {
+                let (s, t) = (self.indices[a.face.index()], self.indices[b.face.index()]);
+                corners[(0..3).find(|&k| t.contains(&s[k]))?]
+            }
+        };
+        let path = Path::of(&[a.point, at, b.point]);
+        (path.length <= length).then_some(path)
+    }
+
+    /// The path over wall triangles from `a` to `b`, if one of at most
+    /// `length` is found. Best first (A*), each edge crossed where the way over it would
+    /// be straight; the path found is then pulled taut over the edges that it
+    /// crosses.
+    fn path(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
+        /// How much longer than a taut one a path may be while it is searched.
+        const SEARCH_SLACK: f64 = 1.15;
+        if self.pieces[a.face.index()] != self.pieces[b.face.index()] {
+            return None;
+        }
+        if let Some(path) = self.path_over_one(a, b, length) {
+            return Some(path);
+        }
+        let mut seen: FxHashSet<FaceId> = FxHashSet::default();
+        let mut open: BinaryHeap<(Reverse<Total>, u32)> = BinaryHeap::new();
+        let mut ways = vec![Way {
+            before: u32::MAX,
+            face: a.face,
+            walked: 0.0,
+            at: a.point,
+            edge: [a.point; 2],
+        }];
+        open.push((Reverse(Total(0.0)), 0));
+        while let Some((_, number)) = open.pop() {
+            let way = ways[number as usize];
+            if way.face == b.face {
+                return Some(taut(&ways, number, b.point)).filter(|p| p.length <= length);
+            }
+            if !seen.insert(way.face) {
+                continue;
+            }
+            if seen.len() > PATH_BUDGET {
+                return None;
+            }
+            let corners = self.field.corners(way.face);
+            let mut step = |next: FaceId, edge: [DVec3; 2]| {
+                let at = straight_crossing(way.at, b.point, edge);
+                let walked = way.walked + way.at.distance(at);
+                let total = walked + at.distance(b.point);
+                if total <= SEARCH_SLACK * length {
+                    ways.push(Way {
+                        before: number,
+                        face: next,
+                        walked,
+                        at,
+                        edge,
+                    });
+                    open.push((Reverse(Total(total)), ways.len() as u32 - 1));
+                }
+            };
+            for k in 0..3 {
+                let next = self.neighbours[way.face.index()][k];
+                if let Some(next) = next.filter(|&n| self.is_way(n) && !seen.contains(&n)) {
+                    step(next, [corners[k], corners[(k + 1) % 3]]);
+                }
+                // Two walls may touch in a corner only, where a third one ends.
+                for &next in self.around(self.indices[way.face.index()][k]) {
+                    if !seen.contains(&next)
+                        && !self.neighbours[way.face.index()].contains(&Some(next))
+                    {
+                        step(next, [corners[k]; 2]);
+                    }
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Labels walls by connected piece: triangles that share a vertex are of one.
+fn pieces(triangles: &[[u32; 3]], vertices: usize, is_coping: impl Fn(FaceId) -> bool) -> Vec<u32> {
+    let mut root: Vec<u32> = (0..vertices as u32).collect();
+    fn find(root: &mut [u32], mut v: u32) -> u32 {
+        while root[v as usize] != v {
+            root[v as usize] = root[root[v as usize] as usize];
+            v = root[v as usize];
+        }
+        v
+    }
+    for (f, t) in triangles.iter().enumerate() {
+        if is_coping(FaceId(f as u32)) {
+            continue;
+        }
+        for k in 1..3 {
+            let (a, b) = (find(&mut root, t[0]), find(&mut root, t[k]));
+            root[a.max(b) as usize] = a.min(b);
+        }
+    }
+    triangles.iter().map(|t| find(&mut root, t[0])).collect()
+}
+
+/// Object angle of `x`, degrees: 180 between parallel walls.
+pub fn object_angle(x: DVec3, a: &Footpoint, b: &Footpoint) -> f64 {
+    let (u, v) = (a.point - x, b.point - x);
+    u.cross(v).length().atan2(u.dot(v)).to_degrees()
+}
+
+/// Where an edge is crossed by the shortest way from `a` to `b` over it.
+fn straight_crossing(a: DVec3, b: DVec3, [p, q]: [DVec3; 2]) -> DVec3 {
+    let along = (q - p).normalize_or_zero();
+    let length = (q - p).length();
+    let (sa, sb) = ((a - p).dot(along), (b - p).dot(along));
+    let ra = (a - p - sa * along).length();
+    let rb = (b - p - sb * along).length();
+    // Unfolded into one plane the way is straight and crosses the edge here.
+    let s = if ra + rb > 0.0 {
+        (sa * rb + sb * ra) / (ra + rb)
+    } else {
+        0.5 * (sa + sb)
+    };
+    p + s.clamp(0.0, length) * along
+}
+
+/// One triangle entered on a way over the walls.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    before: u32,
+    face: FaceId,
+    walked: f64,
+    /// Where the triangle was entered, and the edge that was crossed.
+    at: DVec3,
+    edge: [DVec3; 2],
+}
+
+/// A path over the walls.
+#[derive(Clone, Copy, Debug)]
+struct Path {
+    length: f64,
+    /// Distance between the points at a quarter and three quarters of it.
+    waist: f64,
+}
+
+/// A way once its crossings have been moved to where they make it shortest.
+fn taut(ways: &[Way], last: u32, end: DVec3) -> Path {
+    const PASSES: usize = 12;
+    let mut edges: Vec<[DVec3; 2]> = Vec::new();
+    let mut points = vec![end];
+    let mut number = last;
+    while ways[number as usize].before != u32::MAX {
+        let way = &ways[number as usize];
+        edges.push(way.edge);
+        points.push(way.at);
+        number = way.before;
+    }
+    points.push(ways[number as usize].at);
+    for _ in 0..PASSES {
+        for k in 1..points.len() - 1 {
+            points[k] = straight_crossing(points[k - 1], points[k + 1], edges[k - 1]);
+        }
+    }
+    Path::of(&points)
+}
+
+impl Path {
+    fn of(points: &[DVec3]) -> Path {
+        let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
+        let at = |wanted: f64| {
+            let mut walked = 0.0;
+            for w in points.windows(2) {
+                let step = w[0].distance(w[1]);
+                if walked + step >= wanted && step > 0.0 {
+                    return w[0].lerp(w[1], (wanted - walked) / step);
+                }
+                walked += step;
+            }
+            points[points.len() - 1]
+        };
+        Path {
+            length,
+            waist: at(0.25 * length).distance(at(0.75 * length)),
+        }
+    }
+}
+
+/// A length to order by.
+#[derive(Clone, Copy, PartialEq)]
+struct Total(f64);
+
+impl Eq for Total {}
+
+impl PartialOrd for Total {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Total {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
