@@ -10,6 +10,7 @@ use crate::field::thickness::ThicknessProfile;
 use crate::lattice::Lattice;
 use crate::mesh::Part;
 use crate::reshape::clean;
+use crate::settings::cell::{BadCell, CellSize, Scale};
 use crate::settings::memory::TooFine;
 use crate::settings::progress::Progress;
 use crate::surface::MidSurface;
@@ -18,25 +19,11 @@ use crate::surface::graph::{Crack, SheetGraph};
 use crate::trace::walk::Tracer;
 use crate::walls::{Separation, Walls};
 
-/// Edge length of a lattice cell.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Cell {
-    /// The median wall thickness.
-    Auto,
-    /// A length in part units.
-    Length(f64),
-    /// So many median wall thicknesses.
-    Thicknesses(f64),
-    /// So many hundredths of the bounding box's diagonal.
-    Percent(f64),
-}
-
 /// What to extract and how finely.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Settings {
-    /// Cell size.
-    pub cell: Cell,
+    /// Cell size; by default the median wall thickness.
+    pub cell: CellSize,
     /// Smallest object angle of a sheet, degrees: weaker ones fade out.
     pub min_angle: f64,
     /// Keep the sheets that run into convex edges.
@@ -48,7 +35,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Settings {
         Settings {
-            cell: Cell::Auto,
+            cell: CellSize::Auto,
             min_angle: DEFAULT_ANGLE,
             keep_fins: false,
             memory_limit: 8 << 30,
@@ -71,9 +58,9 @@ const BYTES_PER_CELL: f64 = 7000.0;
 /// Why nothing could be extracted.
 #[derive(Debug, Error)]
 pub enum ExtractError {
-    /// The cell size is not a positive number.
-    #[error("cell size {0} is not a positive length")]
-    BadCell(f64),
+    /// The cell size is no length.
+    #[error(transparent)]
+    BadCell(BadCell),
     /// No wall of the part faces another.
     #[error(
         "no wall faces another wall: the wall thickness is unknown; give a cell size, and check the coping tags"
@@ -184,18 +171,16 @@ fn cell_size(
     profile: &ThicknessProfile,
     settings: &Settings,
 ) -> Result<f64, ExtractError> {
-    let median = || profile.percentile(50.0).ok_or(ExtractError::NoThickness);
-    let cell = match settings.cell {
-        Cell::Auto => median()?,
-        Cell::Length(length) => length,
-        Cell::Thicknesses(factor) => factor * median()?,
-        Cell::Percent(percent) => 0.01 * percent * part.bounds().diagonal(),
+    let median = profile.percentile(50.0);
+    let scale = Scale {
+        auto: median,
+        thickness: median,
+        diagonal: part.bounds().diagonal(),
     };
-    if cell.is_finite() && cell > 0.0 {
-        Ok(cell)
-    } else {
-        Err(ExtractError::BadCell(cell))
-    }
+    settings.cell.resolve(&scale).map_err(|error| match error {
+        BadCell::NoThickness => ExtractError::NoThickness,
+        error => ExtractError::BadCell(error),
+    })
 }
 
 /// Places the lattice, after an estimate of what it will take: the mid-surface

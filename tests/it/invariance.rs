@@ -2,7 +2,8 @@
 //! translation, scale, order of triangles, number of threads.
 
 use glam::{DMat3, DVec3};
-use midsurf::extract::{Cell, Extraction, Settings, extract};
+use midsurf::CellSize;
+use midsurf::extract::{Extraction, Settings, extract};
 use midsurf::mesh::{Part, PartOptions, TriMesh};
 
 use crate::common::fixture_part;
@@ -81,7 +82,7 @@ fn changed(mesh: &TriMesh, coping: &[bool], change: &Change) -> Part {
 
 fn run(part: &Part, cell: f64) -> Extraction {
     let settings = Settings {
-        cell: Cell::Length(cell),
+        cell: CellSize::Length(cell),
         ..Settings::default()
     };
     extract(part, &settings, &|_, _, _| ()).unwrap()

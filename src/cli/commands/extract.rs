@@ -8,11 +8,11 @@ use std::time::Instant;
 use midsurf::extract::{DEFAULT_ANGLE, Settings, extract};
 use midsurf::io::write::{Staged, SurfaceOptions, files_for, stage_surface};
 use midsurf::mesh::PartOptions;
+use midsurf::settings::cell::CellSize;
 use midsurf::surface::MidSurface;
 use midsurf::surface::listing::listing;
 
 use super::extract_report::{Report, Seconds};
-use crate::cli::shared::cell::CellSize;
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, print_warnings};
@@ -162,7 +162,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 impl Args {
     fn settings(&self) -> Settings {
         Settings {
-            cell: self.cell.0,
+            cell: self.cell,
             min_angle: self.angle,
             keep_fins: self.keep_fins,
             memory_limit: self.memory.memory_limit.0,

@@ -1,6 +1,5 @@
 //! What commands share: flags, numbers, input, output, and what they say.
 
-pub(crate) mod cell;
 pub(crate) mod console;
 pub(crate) mod failure;
 pub(crate) mod input;
