@@ -13,12 +13,13 @@
 use std::process::ExitCode;
 
 use glam::{DMat3, DVec3};
-use midsurf::extract::{Cell, Extraction, Settings, extract};
+use midsurf::coping::read_tags;
+use midsurf::extract::{Extraction, Settings, extract};
 use midsurf::field::Field;
 use midsurf::io::read_mesh;
-use midsurf::mesh::intersect::self_intersections;
+use midsurf::mesh::self_intersections;
+use midsurf::settings::cell::CellSize;
 use midsurf::mesh::{Part, PartOptions, TriMesh};
-use midsurf::tags::read_tags;
 
 /// Smallest and largest cell, in wall thicknesses.
 const CELLS: [f64; 2] = [0.25, 4.0];
@@ -96,7 +97,7 @@ fn read(file: &str) -> Given {
     }
 }
 
-fn run(given: &Given, place: impl Fn(DVec3) -> DVec3, cell: Cell) -> (Part, Extraction) {
+fn run(given: &Given, place: impl Fn(DVec3) -> DVec3, cell: CellSize) -> (Part, Extraction) {
     let mut mesh = given.mesh.clone();
     mesh.positions.iter_mut().for_each(|p| *p = place(*p));
     let (part, _) = Part::new(mesh, given.coping.clone(), PartOptions::default()).expect("a part");
@@ -115,8 +116,8 @@ fn shape(e: &Extraction) -> Shape {
         .collect();
     edges.sort_unstable();
     edges.dedup();
-    let fading = |b: &&midsurf::mesh::midsurface::BorderLine| {
-        b.kind == midsurf::mesh::midsurface::BorderKind::Fading
+    let fading = |b: &&midsurf::surface::BorderLine| {
+        b.kind == midsurf::surface::BorderKind::Fading
     };
     Shape {
         sheets: e.surface.sheet_count,
@@ -164,7 +165,7 @@ fn main() -> ExitCode {
     let mut all_right = true;
     for file in &files {
         let given = read(file);
-        let (part, plain) = run(&given, |p| p, Cell::Auto);
+        let (part, plain) = run(&given, |p| p, CellSize::Auto);
         let (thickness, want) = (plain.work.cell, shape(&plain));
         let faults = judge(&part, &plain, &want);
         println!("{file}: t {thickness:.4}, {want:?}");
@@ -181,7 +182,7 @@ fn main() -> ExitCode {
             let turn = random.turn();
             let shift = DVec3::from_array(std::array::from_fn(|_| random.unit())) * thickness;
             let cell = thickness * CELLS[0] * (CELLS[1] / CELLS[0]).powf(random.unit());
-            let (part, result) = run(&given, |p| turn * p + shift, Cell::Length(cell));
+            let (part, result) = run(&given, |p| turn * p + shift, CellSize::Length(cell));
             let faults = judge(&part, &result, &want);
             lost += result.work.lost;
             matched += result.work.matched;
