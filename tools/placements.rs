@@ -18,8 +18,8 @@ use midsurf::extract::{Extraction, Settings, extract};
 use midsurf::field::Field;
 use midsurf::io::read_mesh;
 use midsurf::mesh::self_intersections;
-use midsurf::settings::cell::CellSize;
 use midsurf::mesh::{Part, PartOptions, TriMesh};
+use midsurf::settings::cell::CellSize;
 
 /// Smallest and largest cell, in wall thicknesses.
 const CELLS: [f64; 2] = [0.25, 4.0];
@@ -87,7 +87,9 @@ fn read(file: &str) -> Given {
     let loaded = read_mesh(file).expect("a mesh");
     let tags = file.replace(".obj", ".coping.txt");
     let coping = if std::path::Path::new(&tags).exists() {
-        read_tags(&tags, &loaded, file.as_ref()).expect("tags").flags
+        read_tags(&tags, &loaded, file.as_ref())
+            .expect("tags")
+            .flags
     } else {
         vec![false; loaded.mesh.triangles.len()]
     };
@@ -116,9 +118,7 @@ fn shape(e: &Extraction) -> Shape {
         .collect();
     edges.sort_unstable();
     edges.dedup();
-    let fading = |b: &&midsurf::surface::BorderLine| {
-        b.kind == midsurf::surface::BorderKind::Fading
-    };
+    let fading = |b: &&midsurf::surface::BorderLine| b.kind == midsurf::surface::BorderKind::Fading;
     Shape {
         sheets: e.surface.sheet_count,
         seams: e.surface.seams.len(),

@@ -167,10 +167,7 @@ impl FaceKey {
             let low = Axes(pair.0 & pair.0.wrapping_neg());
             let high = Axes(pair.0 & !low.0);
             if pair == a {
-                (
-                    TetKey::new(n, low, high),
-                    Some(TetKey::new(n, high, low)),
-                )
+                (TetKey::new(n, low, high), Some(TetKey::new(n, high, low)))
             } else {
                 (TetKey::new(n, a, low), Some(TetKey::new(n, a, high)))
             }

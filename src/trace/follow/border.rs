@@ -64,7 +64,11 @@ pub fn follow(
     coping: FaceId,
 ) -> (BorderStop, Vec<Kink>) {
     const MOST_FACETS: usize = 20_000;
+    /// Facets met at one place at most: those round a corner of the coping.
+    const MOST_AT_ONE_PLACE: usize = 256;
+    let near = 2.0 * probe.walls().tolerances().tie;
     let mut kinks: Vec<Kink> = Vec::new();
+    let mut at_one_place = 0;
     let (mut x, mut pair, mut coping) = (start, pair, coping);
     for _ in 0..MOST_FACETS {
         let Some((region, faces)) = patch_region(probe, cage, coping) else {
@@ -103,7 +107,15 @@ pub fn follow(
                     return (BorderStop::Lost { at }, kinks);
                 };
                 let normal = probe.field().normal(next);
-                kinks.push(Kink { at, pair: arrived });
+                at_one_place = if at.distance(x) <= near {
+                    at_one_place + 1
+                } else {
+                    0
+                };
+                if at_one_place > MOST_AT_ONE_PLACE {
+                    return (BorderStop::Lost { at }, kinks);
+                }
+                add_kink(&mut kinks, start, Kink { at, pair: arrived }, near);
                 // The neighbour runs the edge the other way; its inside lies left of that.
                 pair = contour::aim(
                     probe,
@@ -118,10 +130,11 @@ pub fn follow(
             Stop::Node { fan, arrived } => {
                 if fan.spokes.len() == 2 {
                     let on = fan.spokes[1 - arrived];
-                    kinks.push(Kink {
+                    let kink = Kink {
                         at: fan.at,
                         pair: on.pair,
-                    });
+                    };
+                    add_kink(&mut kinks, start, kink, near);
                     x = fan.at;
                     pair = on.pair;
                     continue;
@@ -143,6 +156,15 @@ pub fn follow(
         }
     }
     (BorderStop::Lost { at: x }, kinks)
+}
+
+/// Adds a kink, unless the border is still where it bent last, as round a
+/// corner of the coping.
+fn add_kink(kinks: &mut Vec<Kink>, start: DVec3, kink: Kink, near: f64) {
+    let last = kinks.last().map_or(start, |k| k.at);
+    if last.distance(kink.at) > near {
+        kinks.push(kink);
+    }
 }
 
 /// The plane of a coping triangle inside a tetrahedron, fenced by the outline

@@ -207,6 +207,10 @@ struct Follower<'p, 'a, 'r> {
     passed: Option<usize>,
 }
 
+/// A chord that leaves the region at its very start, where the contour runs
+/// into the region first: a shorter one is needed.
+struct Bulges;
+
 /// Outcome of one trial step.
 #[expect(
     clippy::large_enum_variant,
@@ -310,7 +314,9 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             if outside {
                 return Step::Shorten;
             }
-            let exit = self.barrier(y, pair);
+            let Ok(exit) = self.barrier(y, pair) else {
+                return Step::Shorten;
+            };
             if let Some((at, _)) = exit {
                 // Coping that the chord grazes and the contour does not meet
                 // ahead: a shorter chord keeps clear of it.
@@ -485,19 +491,21 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     }
 
     /// Where the way from the present point to `y` meets the barrier.
-    fn barrier(&mut self, y: DVec3, pair: Pair) -> Option<(DVec3, Exit)> {
+    fn barrier(&mut self, y: DVec3, pair: Pair) -> Result<Option<(DVec3, Exit)>, Bulges> {
         let skip = if self.travelled == 0.0 {
             1e-7 * self.size + 2.0 * self.tie
         } else {
             0.0
         };
         match &self.region.barrier {
-            Barrier::None => None,
-            Barrier::Coping => {
-                let (at, coping) = self.probe.coping_hit(self.x, y, skip)?;
-                let (at, coping) = self.settle(at, coping, pair).unwrap_or((at, coping));
-                Some((at, Exit::Coping(coping)))
-            }
+            Barrier::None => Ok(None),
+            Barrier::Coping => match self.probe.coping_hit(self.x, y, skip) {
+                None => Ok(None),
+                Some((near, coping)) => {
+                    let (at, coping) = self.settle(near, coping, pair).ok_or(Bulges)?;
+                    Ok(Some((at, Exit::Coping(coping))))
+                }
+            },
             Barrier::Fences(fences) => self.fence(fences, y, pair),
         }
     }
@@ -507,7 +515,13 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     /// The chord only proposes fences: near a corner of the patch the contour
     /// may pass on the other side of it than its chord. Where the contour
     /// itself meets the line of a fence decides.
-    fn fence(&self, fences: &[Fence], y: DVec3, pair: Pair) -> Option<(DVec3, Exit)> {
+    fn fence(
+        &self,
+        fences: &[Fence],
+        y: DVec3,
+        pair: Pair,
+    ) -> Result<Option<(DVec3, Exit)>, Bulges> {
+        let t = heading(self.probe, self.x, self.region.normal, self.pair).0;
         let chord = y - self.x;
         let sagitta = SAGITTA * chord.length() + 2.0 * self.tie;
         let mut first: Option<(f64, DVec3, usize)> = None;
@@ -520,6 +534,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             if b >= 0.0 || a <= b || a < -self.tie {
                 continue;
             }
+            if a <= self.tie && t.dot(inside) > 0.0 {
+                // It starts on this fence, inwards, and comes back to it.
+                return Err(Bulges);
+            }
             let s = (a / (a - b)).clamp(0.0, 1.0);
             let guess = self.x + s * chord;
             let off = |p: DVec3| {
@@ -530,15 +548,15 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 continue;
             }
             let third = Condition::plane(inside, fence.from);
-            let at = self
-                .correct(guess, third, pair, sagitta + 0.3 * chord.length())
-                .unwrap_or(guess);
+            // Without a tie there the pair is that of the far end of the step.
+            let at =
+                (self.correct(guess, third, pair, sagitta + 0.3 * chord.length())).ok_or(Bulges)?;
             let way = (at - self.x).dot(chord);
             if off(at) <= self.tie && first.is_none_or(|f| way < f.0) {
                 first = Some((way, at, k));
             }
         }
-        first.map(|(_, at, k)| (at, Exit::Fence(k)))
+        Ok(first.map(|(_, at, k)| (at, Exit::Fence(k))))
     }
 
     /// Whether a step on a patch of coping ends off the coping: it passed the
@@ -683,8 +701,11 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             // again farther on, and a shorter step tells where.
             return Step::Shorten;
         }
+        let Ok(exit) = self.barrier(at, pair) else {
+            return Step::Shorten;
+        };
         if ahead > self.tie
-            && let Some((place, exit)) = self.barrier(at, pair)
+            && let Some((place, exit)) = exit
             && place.distance(at) > self.tie
         {
             // The barrier stands before the branch point. Where the walls of

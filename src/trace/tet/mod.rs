@@ -415,7 +415,11 @@ impl Work<'_, '_> {
         };
         self.ends[to].done = true;
         let other = self.ends[to].clone();
-        let between = kinks.iter().map(|kink| self.add_kink(kink)).collect();
+        let near = self.near;
+        let between = (kinks.iter())
+            .filter(|kink| kink.at.distance(other.at) > near)
+            .map(|kink| self.add_kink(kink))
+            .collect();
         self.strands.push(Strand {
             ports: [end.sheets[0].0, other.sheets[0].0],
             vertices: [end.vertex, other.vertex],
