@@ -86,8 +86,8 @@ impl<'a> Probe<'a> {
             .separate(x, &field.footpoint_on(x, a), &field.footpoint_on(x, b))
     }
 
-    /// First place where the segment meets coping, away from its start by more
-    /// than `skip`; with the coping triangle.
+    /// First place where the segment leaves the part through coping, away from
+    /// its start by more than `skip`; with the coping triangle.
     pub fn coping_hit(&mut self, from: DVec3, to: DVec3, skip: f64) -> Option<(DVec3, FaceId)> {
         let field = self.walls.field();
         let length = from.distance(to);
@@ -96,7 +96,11 @@ impl<'a> Probe<'a> {
         field.hits(from, to, &mut hits);
         let found = hits
             .iter()
-            .find(|h| field.is_coping(h.face) && h.t * length > skip)
+            .find(|h| {
+                field.is_coping(h.face)
+                    && h.t * length >= skip
+                    && field.normal(h.face).dot(to - from) > 0.0
+            })
             .map(|h| (from + h.t * (to - from), h.face));
         self.hits = hits;
         found

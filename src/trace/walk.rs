@@ -16,6 +16,7 @@ use crate::surface::marked::{RawMesh, RawVertex, edge};
 use crate::trace::edge::{Crossing, NodeSample, crossings, sample_node};
 use crate::trace::follow::contour::{Barrier, Region};
 use crate::trace::follow::face::{FaceContours, FaceNodeKind, FaceSeed, solve_face};
+use crate::trace::follow::fan::alike;
 use crate::trace::follow::seam::Cage;
 use crate::trace::probe::Probe;
 use crate::trace::tet::{InnerKind, TetSurface, VertexKey, solve_tet};
@@ -226,8 +227,12 @@ impl<'a> Tracer<'a> {
 
     fn add_crossing(&mut self, edge: EdgeKey, crossing: Crossing) -> bool {
         let near = 1e-7 * self.lattice.cell() + 2.0 * self.walls.tolerances().tie;
+        let field = self.walls.field();
         let list = self.found.edges.entry(edge).or_default();
-        if list.iter().any(|c| c.at.distance(crossing.at) <= near) {
+        let same = |c: &Crossing| {
+            c.at.distance(crossing.at) <= near && alike(field, crossing.at, c.walls, crossing.walls)
+        };
+        if list.iter().any(same) {
             return false;
         }
         list.push(crossing);

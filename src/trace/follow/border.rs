@@ -9,7 +9,7 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::contour::{self, Barrier, Exit, Fence, Region, Stop};
+use super::contour::{self, Barrier, Exit, Fence, Region, Start, Stop};
 use super::fan::Fan;
 use super::seam::Cage;
 use crate::mesh::FaceId;
@@ -62,6 +62,7 @@ pub fn follow(
     start: DVec3,
     pair: Pair,
     coping: FaceId,
+    from: Start,
 ) -> (BorderStop, Vec<Kink>) {
     const MOST_FACETS: usize = 20_000;
     /// Facets met at one place at most: those round a corner of the coping.
@@ -69,12 +70,12 @@ pub fn follow(
     let near = 2.0 * probe.walls().tolerances().tie;
     let mut kinks: Vec<Kink> = Vec::new();
     let mut at_one_place = 0;
-    let (mut x, mut pair, mut coping) = (start, pair, coping);
+    let (mut x, mut pair, mut coping, mut from) = (start, pair, coping, from);
     for _ in 0..MOST_FACETS {
         let Some((region, faces)) = patch_region(probe, cage, coping) else {
             return (BorderStop::Lost { at: x }, kinks);
         };
-        match contour::follow(probe, &region, x, pair) {
+        match contour::follow(probe, &region, x, pair, from) {
             Stop::Side {
                 side,
                 at,
@@ -126,6 +127,7 @@ pub fn follow(
                 );
                 x = at;
                 coping = next;
+                from = Start::Plain;
             }
             Stop::Node { fan, arrived } => {
                 if fan.spokes.len() == 2 {
@@ -137,6 +139,7 @@ pub fn follow(
                     add_kink(&mut kinks, start, kink, near);
                     x = fan.at;
                     pair = on.pair;
+                    from = Start::Vertex;
                     continue;
                 }
                 return (

@@ -189,9 +189,20 @@ fn heading(probe: &Probe, x: DVec3, normal: DVec3, pair: Pair) -> (DVec3, f64) {
     (t / length.max(1e-300), length)
 }
 
-/// Follows the contour of `pair` from `start` through the region.
-pub fn follow(probe: &mut Probe, region: &Region, start: DVec3, pair: Pair) -> Stop {
-    Follower::new(probe, region, start, pair).run()
+/// What a contour starts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// A point of the contour like any other. However near other walls or the
+    /// barrier are, they count.
+    Plain,
+    /// A vertex where walls tie or the contour ends on the barrier: what is
+    /// met within a tie of it is the vertex itself.
+    Vertex,
+}
+
+/// Follows the contour of `pair` from `at` through the region.
+pub fn follow(probe: &mut Probe, region: &Region, at: DVec3, pair: Pair, start: Start) -> Stop {
+    Follower::new(probe, region, at, pair, start).run()
 }
 
 struct Follower<'p, 'a, 'r> {
@@ -203,6 +214,7 @@ struct Follower<'p, 'a, 'r> {
     x: DVec3,
     pair: Pair,
     travelled: f64,
+    start: Start,
     /// A station that turned out to lie beside the contour.
     passed: Option<usize>,
 }
@@ -224,7 +236,13 @@ enum Step {
 }
 
 impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
-    fn new(probe: &'p mut Probe<'a>, region: &'r Region, x: DVec3, pair: Pair) -> Self {
+    fn new(
+        probe: &'p mut Probe<'a>,
+        region: &'r Region,
+        x: DVec3,
+        pair: Pair,
+        start: Start,
+    ) -> Self {
         let tolerances = probe.walls().tolerances();
         let size = region.diameter();
         Follower {
@@ -236,6 +254,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             x,
             pair,
             travelled: 0.0,
+            start,
             passed: None,
         }
     }
@@ -266,6 +285,11 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             };
         }
         Stop::Lost { at: self.x }
+    }
+
+    /// Whether the contour has not left the vertex yet that it starts from.
+    fn at_vertex(&self) -> bool {
+        self.travelled == 0.0 && self.start == Start::Vertex
     }
 
     fn tie_condition(&self, pair: Pair) -> Condition {
@@ -339,8 +363,16 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                     // between is seen only by steps no longer than the ball.
                     Some(_) if stride > 1.01 * d => return Step::ShortenTo(d),
                     Some(next) => pair = next,
-                    None if foot.distance >= d - self.tie => clear = true,
-                    None => return self.meet(y, pair, foot.face),
+                    None if foot.distance < d - self.tie => {
+                        return self.meet(y, pair, foot.face);
+                    }
+                    // On a side the neighbours decide by the walls that are
+                    // nearest there, and a branch point within a tie counts.
+                    None if leaving => match self.meet(y, pair, foot.face) {
+                        Step::Stop(stop) => return Step::Stop(stop),
+                        _ => clear = true,
+                    },
+                    None => clear = true,
                 }
             }
             if clear {
@@ -492,7 +524,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
 
     /// Where the way from the present point to `y` meets the barrier.
     fn barrier(&mut self, y: DVec3, pair: Pair) -> Result<Option<(DVec3, Exit)>, Bulges> {
-        let skip = if self.travelled == 0.0 {
+        let skip = if self.at_vertex() {
             1e-7 * self.size + 2.0 * self.tie
         } else {
             0.0
@@ -696,7 +728,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         if ahead < -4.0 * self.tie || self.region.excess(at) > 1e-9 * self.size {
             return Step::Shorten;
         }
-        if self.travelled == 0.0 && ahead <= 4.0 * self.tie {
+        if self.at_vertex() && ahead <= 4.0 * self.tie {
             // The branch point that the contour leaves: its walls come near
             // again farther on, and a shorter step tells where.
             return Step::Shorten;

@@ -6,8 +6,8 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::contour::{self, Exit, Region, Stop};
-use super::fan::{Spoke, fan};
+use super::contour::{self, Exit, Region, Start, Stop};
+use super::fan::{Spoke, alike, fan};
 use crate::mesh::FaceId;
 use crate::trace::edge::Crossing;
 use crate::trace::probe::{Pair, Probe};
@@ -227,7 +227,11 @@ impl Work<'_> {
 
     fn walk(&mut self, probe: &mut Probe, from: ArcEnd, at: DVec3, pair: Pair) {
         self.mark(from);
-        let stop = contour::follow(probe, self.region, at, pair);
+        let start = match from {
+            ArcEnd::Crossing { .. } => Start::Plain,
+            ArcEnd::Spoke { .. } => Start::Vertex,
+        };
+        let stop = contour::follow(probe, self.region, at, pair, start);
         let to = match stop {
             Stop::Side { side, at, pair } => self.arrive_on_side(probe, side, at, pair),
             Stop::Node { fan, arrived } => {
@@ -329,8 +333,10 @@ impl Work<'_> {
     ) -> Option<ArcEnd> {
         let gap = |c: &Crossing| c.at.distance(at);
         let known = &self.sides[side];
+        let field = probe.field();
         let best = (0..known.len())
             .filter(|&k| gap(&known[k]) <= self.near)
+            .filter(|&k| alike(field, at, known[k].walls, [pair.left, pair.right]))
             .min_by(|&a, &b| {
                 (self.used[side][a], gap(&known[a]))
                     .partial_cmp(&(self.used[side][b], gap(&known[b])))
@@ -344,7 +350,6 @@ impl Work<'_> {
                 let (p, q) = self.region.side(side);
                 let way = if self.low_first[side] { q - p } else { p - q };
                 // Walls in order along the edge: `across` points to where the right one is nearer.
-                let field = probe.field();
                 let across =
                     distance_to(field, at, pair.left).1 - distance_to(field, at, pair.right).1;
                 let walls = if across.dot(way) > 0.0 {

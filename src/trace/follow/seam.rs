@@ -145,8 +145,11 @@ pub fn follow(
     start: DVec3,
     walls: &mut Walls,
     towards: DVec3,
+    start_on_coping: bool,
 ) -> CurveStop {
     const MOST_STEPS: usize = 1000;
+    /// Cosine of the largest bend of a step: 30 degrees.
+    const STRAIGHT: f64 = 0.85;
     let tolerances = probe.walls().tolerances();
     let (tie, tolerance) = (tolerances.tie, tolerances.solve);
     let size = cage.size();
@@ -207,7 +210,11 @@ pub fn follow(
         }
         let mut left_part = None;
         if cage.may_leave_part {
-            let skip = if first { 1e-7 * size + 2.0 * tie } else { 0.0 };
+            let skip = if first && start_on_coping {
+                1e-7 * size + 2.0 * tie
+            } else {
+                0.0
+            };
             if let Some((hit, coping)) = probe.coping_hit(x, y, skip) {
                 let Some((at, coping)) =
                     on_coping(probe.field(), ties, hit, coping, 0.5 * size, tolerance)
@@ -337,6 +344,13 @@ pub fn follow(
                     continue 'step;
                 }
             }
+        }
+        // Over a long step walls that gave way to others may hide a junction.
+        let turns =
+            tangent(probe, y, &carried).is_none_or(|(next, _)| next.dot(t).abs() < STRAIGHT);
+        if turns && left_part.is_none() && stride > 1e-3 * size {
+            length = stride * 0.4;
+            continue;
         }
         // Walls that tied at the start but do no more: the seam splits.
         let (d, _) = distance_to(probe.field(), y, triple[0]);

@@ -20,7 +20,7 @@ use crate::mesh::FaceId;
 use crate::surface::marked::Line;
 use crate::trace::edge::Crossing;
 use crate::trace::follow::border::{self, BorderStop, Kink};
-use crate::trace::follow::contour;
+use crate::trace::follow::contour::{self, Start};
 use crate::trace::follow::face::{ArcEnd, FaceContours, FaceNodeKind, FaceSeed};
 use crate::trace::follow::fan::{Spoke, Star, fan, star};
 use crate::trace::follow::seam::{self, Cage, CurveStop};
@@ -294,7 +294,15 @@ impl Work<'_, '_> {
             return;
         }
         let mut carried = walls;
-        let stop = seam::follow(self.probe, self.cage, end.at, &mut carried, towards);
+        let on_coping = self.is_inner(end.vertex, |k| matches!(k, InnerKind::OnCoping(_)));
+        let stop = seam::follow(
+            self.probe,
+            self.cage,
+            end.at,
+            &mut carried,
+            towards,
+            on_coping,
+        );
         let line = if end.sheets.len() == 1 {
             Line::FadingBorder
         } else {
@@ -373,7 +381,12 @@ impl Work<'_, '_> {
     fn follow_border(&mut self, from: usize, end: &CurveEnd, coping: FaceId, towards: DVec3) {
         let normal = self.probe.field().normal(coping);
         let pair = contour::aim(self.probe, end.at, normal, end.sheets[0].1, towards);
-        let (stop, kinks) = border::follow(self.probe, self.cage, end.at, pair, coping);
+        let start = if self.is_inner(end.vertex, |_| true) {
+            Start::Vertex
+        } else {
+            Start::Plain
+        };
+        let (stop, kinks) = border::follow(self.probe, self.cage, end.at, pair, coping, start);
         let arrived = match stop {
             BorderStop::Face {
                 face,
@@ -426,6 +439,14 @@ impl Work<'_, '_> {
             between,
             line: Line::CopingBorder,
         });
+    }
+
+    /// Whether a vertex lies inside, and is of such a kind.
+    fn is_inner(&self, vertex: VertexKey, is: impl Fn(InnerKind) -> bool) -> bool {
+        match vertex {
+            VertexKey::Inner(_, n) => (self.out.inner.get(n as usize)).is_some_and(|v| is(v.kind)),
+            _ => false,
+        }
     }
 
     fn ask(&mut self, face: usize, seed: FaceSeed) {
