@@ -215,6 +215,8 @@ struct Follower<'p, 'a, 'r> {
     pair: Pair,
     travelled: f64,
     start: Start,
+    /// Facet edges passed at one place.
+    turns: usize,
     /// A station that turned out to lie beside the contour.
     passed: Option<usize>,
 }
@@ -255,6 +257,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             pair,
             travelled: 0.0,
             start,
+            turns: 0,
             passed: None,
         }
     }
@@ -684,6 +687,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
 
     /// Another wall is nearer at `y`: find where it came up and what meets there.
     fn meet(&mut self, y: DVec3, pair: Pair, nearer: FaceId) -> Step {
+        /// Facet edges passed at one place before it becomes a vertex, where
+        /// the contour goes on by the walls alone: those round a corner of a
+        /// tessellated wall.
+        const MOST_TURNS: usize = 12;
         let field = self.probe.field();
         let mut third = nearer;
         let mut at = None;
@@ -775,6 +782,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 let pair = self.prefer(at, on.pair, third);
                 if pair == self.pair && ahead <= self.tie {
                     return Step::Shorten;
+                }
+                self.turns = if ahead <= self.tie { self.turns + 1 } else { 0 };
+                if self.turns > MOST_TURNS {
+                    return Step::Stop(Stop::Node { fan, arrived });
                 }
                 self.travelled += at.distance(self.x) + self.tie;
                 self.x = at;

@@ -16,6 +16,9 @@ pub fn triangulate(
 ) -> Option<Vec<[usize; 3]>> {
     /// Weight of shape against area.
     const SHAPE: f64 = 0.02;
+    /// Area against the squares of the sides below which there is none: a
+    /// thousand times what rounding leaves of a straight border.
+    const FLAT: f64 = 1e-9;
     let n = points.len();
     if n < 3 {
         return Some(Vec::new());
@@ -34,9 +37,12 @@ pub fn triangulate(
         let area = 0.5 * cross.length();
         let sides = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
         let quality = 4.0 * 3f64.sqrt() * area / sides.max(1e-300);
-        // Beside a concave bend of a border a triangle may lie over another.
-        let fold = if cross.dot(up) < -1e-12 * sides {
+        // Beside a concave bend of a border a triangle may lie over another;
+        // three points of a straight border make none.
+        let fold = if cross.dot(up) < -FLAT * sides {
             folded
+        } else if area <= FLAT * sides {
+            0.5 * folded
         } else {
             0.0
         };
