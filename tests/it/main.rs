@@ -3,13 +3,16 @@
 mod broken_files;
 mod cli_input;
 mod common;
+mod detect;
 mod end_to_end;
 mod exactness;
+mod far;
 mod invariance;
 mod offset;
 mod parts;
 mod readers;
 mod readme;
+mod reports;
 mod rethicken;
 mod snapshots;
 mod subdivide;

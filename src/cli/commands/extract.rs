@@ -14,6 +14,7 @@ use midsurf::surface::listing::listing;
 
 use super::extract_report::{Report, Seconds};
 use crate::cli::shared::console::say;
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
@@ -51,9 +52,10 @@ Exit codes: 0 done, 1 done but the result has cracks, 2 wrong usage or bad input
 pub(crate) struct Args {
     /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
     pub(crate) part: PathBuf,
-    /// Coping tags: text, or TOML if the name ends in .toml
-    #[arg(long, value_name = "FILE")]
-    pub(crate) coping: Option<PathBuf>,
+    /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
+    /// find them, or `none`
+    #[arg(long, value_name = "FILE", default_value = "auto")]
+    pub(crate) coping: CopingSource,
     /// Cell size: a length, `0.5t` (wall thicknesses), `1%` (of the diagonal), or auto
     #[arg(
         long,
@@ -112,7 +114,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         allow_open: args.allow_open,
         weld: args.weld,
     };
-    let input = Input::read(&args.part, args.coping.as_deref(), options)?;
+    let input = Input::read(&args.part, &args.coping, options)?;
     let read = start.elapsed().as_secs_f64();
     if !args.run.quiet {
         progress.aside(|| print_warnings(&input.warnings));
@@ -122,8 +124,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result = extract(&input.part, &args.settings(), &show)
-        .map_err(|error| Failure::extract(&error, &args.part))?;
-    if result.surface.triangles.is_empty() {
+        .map_err(|error| Failure::refused(&args.part, &error))?;
+    if result.surface.triangles().is_empty() {
         return Err(Failure::no_result(
             format!("{}: no mid-surface was found", args.part.display()),
             "check the coping tags with `midsurf tags PART TAGS`, and take a smaller --cell",
@@ -137,7 +139,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         write: start.elapsed().as_secs_f64() - read - Seconds::of_work(&result.work),
         total: start.elapsed().as_secs_f64(),
     };
-    let report = Report::new(&input, &result, seconds);
+    let report = Report::new(&result, seconds);
     let report_json = report.json(&args, &input, &result);
     args.run.finish(staged, &report_json)?;
     drop(progress);
@@ -152,7 +154,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             say(format_args!("{line}"));
         }
     }
-    Ok(if result.cracks.is_empty() {
+    Ok(if result.graph.cracks().is_empty() {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)
@@ -192,11 +194,7 @@ fn describe(input: &Input) {
 /// Refuses file names that could not be written or are named twice.
 fn check_names(args: &Args) -> Result<(), Failure> {
     let mut inputs = vec![(args.part.as_path(), "part")];
-    inputs.extend(
-        args.coping
-            .iter()
-            .map(|file| (file.as_path(), "coping tags")),
-    );
+    inputs.extend(args.coping.file().map(|file| (file, "coping tags")));
     let mut files = Vec::new();
     for output in &args.output {
         files.extend(files_for(output).map_err(Failure::input)?);

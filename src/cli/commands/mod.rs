@@ -1,7 +1,7 @@
 //! The commands, one file each.
 
-mod closed_over;
 mod closed_part;
+pub(crate) mod detect;
 pub(crate) mod extract;
 mod extract_report;
 pub(crate) mod hollow;
@@ -12,4 +12,3 @@ pub(crate) mod roundtrip;
 pub(crate) mod subdivide;
 pub(crate) mod tags;
 pub(crate) mod thicken;
-mod thickness;

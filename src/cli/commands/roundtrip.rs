@@ -16,14 +16,13 @@ use serde_json::json;
 use super::closed_part::work_json;
 use super::rethicken::{self, explain};
 use crate::cli::shared::console::say;
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
-use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
-
-/// Version of the JSON report's layout; raised when a reader must change.
-const SCHEMA: u32 = 1;
 
 /// Deviation that is painted in full colour, over the thickness.
 const FULL_COLOUR: f64 = 0.1;
@@ -49,9 +48,10 @@ input, 4 no usable result.";
 pub(crate) struct Args {
     /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
     part: PathBuf,
-    /// Coping tags: text, or TOML if the name ends in .toml
-    #[arg(long, value_name = "FILE")]
-    coping: Option<PathBuf>,
+    /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
+    /// find them, or `none`
+    #[arg(long, value_name = "FILE", default_value = "auto")]
+    coping: CopingSource,
     /// Cell size of the extraction: a length, `0.5t` (wall thicknesses), `1%` (of the diagonal), or auto
     #[arg(
         long,
@@ -97,11 +97,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         SolidFormat::of(file).map_err(Failure::input)?;
     }
     let mut inputs = vec![(args.part.as_path(), "part")];
-    inputs.extend(
-        args.coping
-            .iter()
-            .map(|file| (file.as_path(), "coping tags")),
-    );
+    inputs.extend(args.coping.file().map(|file| (file, "coping tags")));
     let files = args.output.iter().chain(&args.solid).cloned().collect();
     args.run.check_names(&inputs, files)?;
     let start = Instant::now();
@@ -110,7 +106,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         allow_open: false,
         weld: args.weld,
     };
-    let mut input = Input::read(&args.part, args.coping.as_deref(), options)?;
+    let mut input = Input::read(&args.part, &args.coping, options)?;
     let settings = Settings {
         extract: extract::Settings {
             cell: args.cell,
@@ -123,8 +119,10 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     };
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result = roundtrip(&input.part, &settings, &show).map_err(|error| match &error {
-        RoundTripError::Extract(error) => Failure::extract(error, &args.part),
-        RoundTripError::Rethicken(error) => rethicken::failure(error, &args.part),
+        RoundTripError::Rethicken(error) => {
+            rethicken::failure(error, &args.part).calling("--cell", "--solid-cell")
+        }
+        error => Failure::refused(&args.part, error),
     })?;
     let mut warnings = std::mem::take(&mut input.warnings);
     warnings.extend(result.solid.warnings.iter().map(|warning| {
@@ -148,30 +146,38 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.solid {
         staged.push(stage_solid(&result.solid.mesh, None, file).map_err(Failure::output)?);
     }
-    let report = json!({
-        "schema": SCHEMA,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": "roundtrip" },
-        "input": {
+    let report = Envelope {
+        command: "roundtrip",
+        input: json!({
             "part": input.file,
             "sha256": input.sha256,
             "triangles": input.part.triangle_count(),
             "volume": input.part.volume(),
             "area": input.part.area(),
-        },
-        "settings": {
+        }),
+        settings: json!({
             "cell": args.cell,
             "cell_length": result.extraction.work.cell,
             "angle": args.angle,
             "solid_cell_length": result.solid_settings.cell,
             "solid_tolerance": result.solid_settings.tolerance,
             "memory_limit": args.memory.memory_limit,
-            "threads": rayon::current_num_threads(),
             "weld": args.weld,
-        },
+        }),
+        seconds: json!(start.elapsed().as_secs_f64()),
+        outputs: args
+            .output
+            .iter()
+            .chain(&args.solid)
+            .map(PathBuf::as_path)
+            .collect(),
+        warnings: warnings.iter().collect(),
+    }
+    .around(json!({
         "surface": {
-            "vertices": result.extraction.surface.vertices.len(),
-            "triangles": result.extraction.surface.triangles.len(),
-            "cracks": result.extraction.cracks.len(),
+            "vertices": result.extraction.surface.vertices().len(),
+            "triangles": result.extraction.surface.triangles().len(),
+            "cracks": result.extraction.graph.cracks().len(),
         },
         "solid": {
             "vertices": result.solid.mesh.positions.len(),
@@ -181,18 +187,14 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "work": work_json(&result.solid.work),
         },
         "comparison": result.comparison,
-        "seconds": start.elapsed().as_secs_f64(),
-        "peak_memory": peak(),
-        "outputs": args.output.iter().chain(&args.solid).collect::<Vec<_>>(),
-        "warnings": warnings,
-    });
+    }));
     args.run.finish(staged, &report)?;
     drop(progress);
     if !args.run.quiet {
         print_warnings(&warnings);
         summary(&result);
     }
-    Ok(if result.extraction.cracks.is_empty() {
+    Ok(if result.extraction.graph.cracks().is_empty() {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)
