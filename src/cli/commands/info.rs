@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use midsurf::field::Field;
-use midsurf::field::thickness::ThicknessProfile;
 use midsurf::mesh::{EdgeCensus, Part, PartOptions};
+use midsurf::walls::thickness::ThicknessProfile;
 use serde::Serialize;
 
 use crate::cli::shared::coping::CopingSource;
