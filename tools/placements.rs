@@ -112,20 +112,20 @@ fn run(given: &Given, place: impl Fn(DVec3) -> DVec3, cell: CellSize) -> (Part, 
 }
 
 fn shape(e: &Extraction) -> Shape {
-    let mut edges: Vec<[u32; 2]> = (e.surface.triangles.iter())
+    let mut edges: Vec<[u32; 2]> = (e.surface.triangles().iter())
         .flat_map(|t| (0..3).map(move |k| [t.corners[k], t.corners[(k + 1) % 3]]))
         .map(|[a, b]| [a.min(b), a.max(b)])
         .collect();
     edges.sort_unstable();
     edges.dedup();
-    let fading = |b: &&midsurf::surface::BorderLine| b.kind == midsurf::surface::BorderKind::Fading;
+    let fading = |b: &&midsurf::surface::Border| b.kind == midsurf::surface::BorderKind::Fading;
     Shape {
-        sheets: e.surface.sheet_count,
-        seams: e.surface.seams.len(),
-        junctions: e.surface.junctions.len(),
-        fading: e.surface.borders.iter().filter(fading).count(),
-        euler: e.surface.vertices.len() as i64 - edges.len() as i64
-            + e.surface.triangles.len() as i64,
+        sheets: e.surface.sheet_count(),
+        seams: e.surface.seams().len(),
+        junctions: e.surface.junctions().len(),
+        fading: e.surface.borders().iter().filter(fading).count(),
+        euler: e.surface.vertices().len() as i64 - edges.len() as i64
+            + e.surface.triangles().len() as i64,
     }
 }
 
@@ -138,7 +138,7 @@ fn judge(part: &Part, e: &Extraction, want: &Shape) -> Faults {
         (b - a).cross(c - a).length() <= NO_AREA * longest * longest
     };
     Faults {
-        cracks: e.cracks.len(),
+        cracks: e.graph.cracks().len(),
         outside: (mesh.positions.iter())
             .filter(|p| field.signed_clearance(**p) < -limit)
             .count(),
@@ -184,8 +184,8 @@ fn main() -> ExitCode {
             let cell = thickness * CELLS[0] * (CELLS[1] / CELLS[0]).powf(random.unit());
             let (part, result) = run(&given, |p| turn * p + shift, CellSize::Length(cell));
             let faults = judge(&part, &result, &want);
-            lost += result.work.lost;
-            matched += result.work.matched;
+            lost += result.work.counts.lost;
+            matched += result.work.counts.matched;
             if let Some(name) = &dump {
                 write(name, part.mesh(), &given.coping, &result);
             }
@@ -213,8 +213,8 @@ fn main() -> ExitCode {
                 } else {
                     String::new()
                 },
-                result.work.lost,
-                result.work.matched,
+                result.work.counts.lost,
+                result.work.counts.matched,
             );
             all_right = false;
         }

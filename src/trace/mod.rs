@@ -17,4 +17,5 @@ mod oracle;
 pub mod probe;
 pub mod solve;
 pub mod tet;
+pub mod tolerances;
 pub mod walk;

@@ -14,6 +14,7 @@ use super::fan::Fan;
 use super::seam::Cage;
 use crate::mesh::FaceId;
 use crate::trace::probe::{Pair, Probe};
+use crate::trace::tolerances::Tolerances;
 
 /// Place where a border bends from one coping facet to the next.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +68,7 @@ pub fn follow(
     const MOST_FACETS: usize = 20_000;
     /// Facets met at one place at most: those round a corner of the coping.
     const MOST_AT_ONE_PLACE: usize = 256;
-    let near = 2.0 * probe.walls().tolerances().tie;
+    let near = Tolerances::new(probe.walls().tolerances(), cage.size()).same_point;
     let mut kinks: Vec<Kink> = Vec::new();
     let mut at_one_place = 0;
     let (mut x, mut pair, mut coping, mut from) = (start, pair, coping, from);

@@ -8,6 +8,7 @@ use super::fan::{Fan, fan, one_place};
 use crate::mesh::FaceId;
 use crate::trace::probe::{Pair, Probe};
 use crate::trace::solve::{Condition, distance_to, on_coping, solve};
+use crate::trace::tolerances::{REACH, SAME_WAY, SHRINK, STRAIGHT, TINY, Tolerances};
 
 /// Object angle, degrees, below which two walls that a contour passes between
 /// are facets of one curved wall: the contour bends by less than half of it
@@ -16,7 +17,7 @@ pub const CREASE_ANGLE: f64 = 20.0;
 
 /// How far a contour may lie off its chord, in chords: it bends by at most
 /// twice 30 degrees in a step.
-const SAGITTA: f64 = 0.3;
+const SAGITTA: f64 = REACH;
 
 /// A convex polygon in a plane: where a contour may run.
 #[derive(Clone, Debug)]
@@ -211,6 +212,7 @@ struct Follower<'p, 'a, 'r> {
     size: f64,
     tie: f64,
     tolerance: f64,
+    lengths: Tolerances,
     x: DVec3,
     pair: Pair,
     travelled: f64,
@@ -253,6 +255,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             size,
             tie: tolerances.tie,
             tolerance: tolerances.solve,
+            lengths: Tolerances::new(tolerances, size),
             x,
             pair,
             travelled: 0.0,
@@ -264,7 +267,6 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
 
     fn run(&mut self) -> Stop {
         const MOST_STEPS: usize = 2000;
-        let shortest = (1e-6 * self.size).max(4.0 * self.tie);
         let mut length = self.size;
         for _ in 0..MOST_STEPS {
             match self.step(length) {
@@ -272,8 +274,8 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 Step::Moved => length = (2.0 * length).min(self.size),
                 Step::ShortenTo(most) => length = most,
                 Step::Shorten => {
-                    length = length.min(self.size) * 0.4;
-                    if length < shortest {
+                    length = length.min(self.size) * SHRINK;
+                    if length < self.lengths.shortest {
                         break;
                     }
                 }
@@ -281,7 +283,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         }
         // At a knife edge the walls meet and the sheet ends on them.
         let d = distance_to(self.probe.field(), self.x, self.pair.left).0;
-        if d < 1e-3 * self.size {
+        if d < TINY * self.size {
             return Stop::Fades {
                 at: self.x,
                 pair: self.pair,
@@ -322,7 +324,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         };
         let stride = predicted.distance(self.x);
         // A tie in distance is a wider gap where the sheet runs nearly along the plane.
-        let allowed = 0.3 * stride + 8.0 * self.tie / slope.min(1.0);
+        let allowed = REACH * stride + 8.0 * self.tie / slope.min(1.0);
         // Facets of a smooth wall take each other's place until the pair is the
         // one that is nearest at the far end of the step.
         const MOST_SLIDES: usize = 24;
@@ -336,7 +338,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             let outside = if leaving {
                 self.off_side(side.unwrap_or(0), y)
             } else {
-                self.region.excess(y) > 1e-12 * self.size
+                self.region.excess(y) > self.lengths.rounding
             };
             if outside {
                 return Step::Shorten;
@@ -348,7 +350,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 // Coping that the chord grazes and the contour does not meet
                 // ahead: a shorter chord keeps clear of it.
                 let ahead = (at - self.x).dot(t);
-                if ahead < -self.tie || self.region.excess(at) > 1e-9 * self.size {
+                if ahead < -self.tie || self.region.excess(at) > self.lengths.outside {
                     return Step::Shorten;
                 }
                 y = at;
@@ -391,7 +393,8 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         }
         if let Some((station, _)) = station {
             if left_part.is_none()
-                && y.distance(self.region.stations[station]) <= 1e-6 * self.size + 4.0 * self.tie
+                && y.distance(self.region.stations[station])
+                    <= 1e-6 * self.size + self.lengths.same_point
             {
                 return Step::Stop(Stop::Station {
                     station,
@@ -404,7 +407,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             return Step::Shorten;
         }
         let (next_heading, _) = heading(self.probe, y, self.region.normal, pair);
-        if left_part.is_none() && next_heading.dot(t) < 0.85 && stride > 1e-3 * self.size {
+        if left_part.is_none() && next_heading.dot(t) < STRAIGHT && stride > TINY * self.size {
             return Step::Shorten;
         }
         if !self.probe.separate(y, pair.left, pair.right) {
@@ -431,7 +434,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
 
     /// Whether a step can still be shortened before the follower gives up.
     fn shrinkable(&self, stride: f64) -> bool {
-        stride * 0.4 >= (1e-6 * self.size).max(4.0 * self.tie) * 2.5
+        stride * SHRINK >= self.lengths.shortest / SHRINK
     }
 
     /// The first station on the way ahead, and the way to it.
@@ -528,7 +531,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     /// Where the way from the present point to `y` meets the barrier.
     fn barrier(&mut self, y: DVec3, pair: Pair) -> Result<Option<(DVec3, Exit)>, Bulges> {
         let skip = if self.at_vertex() {
-            1e-7 * self.size + 2.0 * self.tie
+            self.lengths.same_point
         } else {
             0.0
         };
@@ -584,8 +587,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             }
             let third = Condition::plane(inside, fence.from);
             // Without a tie there the pair is that of the far end of the step.
-            let at =
-                (self.correct(guess, third, pair, sagitta + 0.3 * chord.length())).ok_or(Bulges)?;
+            let at = (self.correct(guess, third, pair, 2.0 * sagitta)).ok_or(Bulges)?;
             let way = (at - self.x).dot(chord);
             if off(at) <= self.tie && first.is_none_or(|f| way < f.0) {
                 first = Some((way, at, k));
@@ -704,7 +706,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 0.5
             };
             let guess = self.x.lerp(y, s);
-            let reach = 2.0 * self.x.distance(y) + 4.0 * self.tie;
+            let reach = 2.0 * self.x.distance(y) + self.lengths.same_point;
             let conditions = [
                 self.tie_condition(pair),
                 Condition::Tie(pair.left, third),
@@ -732,10 +734,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             .unwrap_or((at, distance));
         let (t, _) = heading(self.probe, self.x, self.region.normal, self.pair);
         let ahead = (at - self.x).dot(t);
-        if ahead < -4.0 * self.tie || self.region.excess(at) > 1e-9 * self.size {
+        if ahead < -self.lengths.same_point || self.region.excess(at) > self.lengths.outside {
             return Step::Shorten;
         }
-        if self.at_vertex() && ahead <= 4.0 * self.tie {
+        if self.at_vertex() && ahead <= self.lengths.same_point {
             // The branch point that the contour leaves: its walls come near
             // again farther on, and a shorter step tells where.
             return Step::Shorten;
@@ -771,7 +773,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let Some((arrived, spoke)) = arrived else {
             return Step::Shorten;
         };
-        if spoke.direction.dot(-back) < 0.5 {
+        if spoke.direction.dot(-back) < SAME_WAY {
             return Step::Shorten;
         }
         if fan.spokes.len() == 2 {

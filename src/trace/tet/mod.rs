@@ -26,6 +26,7 @@ use crate::trace::follow::fan::{Spoke, Star, fan, star};
 use crate::trace::follow::seam::{self, Cage, CurveStop};
 use crate::trace::probe::{Pair, Probe};
 use crate::trace::solve::distance_to;
+use crate::trace::tolerances::{SAME_WAY, Tolerances};
 
 /// Name of a vertex of the mid-surface, the same for all who share it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -144,7 +145,7 @@ pub fn solve_tet(
     faces: [&FaceContours; 4],
     crossings: &FxHashMap<EdgeKey, SmallVec<[Crossing; 1]>>,
 ) -> TetSurface {
-    let tie = probe.walls().tolerances().tie;
+    let lengths = Tolerances::new(probe.walls().tolerances(), cage.size());
     let mut work = Work {
         probe,
         key,
@@ -152,7 +153,7 @@ pub fn solve_tet(
         faces,
         face_keys: key.faces(),
         crossings,
-        near: 1e-7 * cage.size() + 4.0 * tie,
+        near: lengths.same_point,
         ends: Vec::new(),
         strands: Vec::new(),
         bridges: Vec::new(),
@@ -520,7 +521,7 @@ impl Work<'_, '_> {
                 continue;
             }
             if let Some(s) = score(end)
-                && s > 0.5
+                && s > SAME_WAY
                 && best.is_none_or(|b| s > b.0)
             {
                 best = Some((s, k));
