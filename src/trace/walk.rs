@@ -140,6 +140,17 @@ impl<'a> Tracer<'a> {
 
     /// Follows the mid-surface from tetrahedron to tetrahedron until nothing is left to follow,
     /// or until asked to stop; what was found by then is of no use.
+    ///
+    /// Each wave solves edges, then faces, then tetrahedra. A curve that a 3D
+    /// follower meets is seen first inside a tetrahedron, when it comes out
+    /// through a face; but the vertex there belongs to the face, which both its
+    /// tetrahedra read. So the tetrahedron only leaves a *seed*, and the face is
+    /// solved again with it, its contours starting from the new vertex. In the
+    /// same way a contour that arrives at an edge where no vertex is known adds
+    /// one, and all faces round the edge are solved again.
+    ///
+    /// The rounds end because they only ever add: a seed or a crossing that is
+    /// there already, to a tolerance, asks for nothing.
     pub fn run(&mut self, progress: &Progress, stop: &Stop) -> Result<(), Stopped> {
         let mut frontier = self.seeds();
         while !frontier.is_empty() {
