@@ -2,6 +2,7 @@
 
 mod broken_files;
 mod cli_input;
+mod closes;
 mod common;
 mod detect;
 mod elements;
