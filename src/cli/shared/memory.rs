@@ -87,15 +87,17 @@ pub(crate) fn peak() -> Option<Bytes> {
 /// limit on this process's address space leaves.
 pub(crate) fn available() -> Option<u64> {
     let free = amount("/proc/meminfo", "MemAvailable:");
-    let left = || {
-        let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
-        let line = limits
-            .lines()
-            .find_map(|line| line.strip_prefix("Max address space"))?;
-        let limit: u64 = line.split_whitespace().next()?.parse().ok()?;
-        Some(limit.saturating_sub(amount("/proc/self/status", "VmSize:")?))
-    };
-    free.into_iter().chain(left()).min()
+    free.into_iter().chain(address_space()).min()
+}
+
+/// What a limit on this process's address space leaves, if there is one.
+pub(crate) fn address_space() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits
+        .lines()
+        .find_map(|line| line.strip_prefix("Max address space"))?;
+    let limit: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(limit.saturating_sub(amount("/proc/self/status", "VmSize:")?))
 }
 
 /// Bytes that reading and checking a file takes at the peak, over its size;
