@@ -10,6 +10,7 @@ use midsurf::io::LoadedMesh;
 use midsurf::io::write::stage;
 use serde_json::{Value, json};
 
+use crate::cli::shared::coping::shown_ranges;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{load, print_warnings};
 use crate::cli::shared::numbers::figure;
@@ -130,7 +131,11 @@ fn print(detection: &Detection, list: bool, out: &mut impl Write) -> io::Result<
             question.text(detection)
         )?;
         let first = &detection.faces[question.faces[0]];
-        writeln!(out, "             triangles {}", shown(&first.triangles))?;
+        writeln!(
+            out,
+            "             triangles {}",
+            shown_ranges(&first.triangles)
+        )?;
     }
     if list {
         for face in &detection.faces {
@@ -139,19 +144,6 @@ fn print(detection: &Detection, list: bool, out: &mut impl Write) -> io::Result<
         }
     }
     Ok(())
-}
-
-/// The first ranges of a list of triangles.
-fn shown(triangles: &[u32]) -> String {
-    const RANGES_SHOWN: usize = 8;
-    let ranges = ranges(triangles);
-    let more = if ranges.len() > RANGES_SHOWN {
-        ", …"
-    } else {
-        ""
-    };
-    let first: Vec<_> = ranges.into_iter().take(RANGES_SHOWN).collect();
-    format!("{}{more}", first.join(", "))
 }
 
 fn as_json(args: &Args, loaded: &LoadedMesh, detection: &Detection) -> Value {

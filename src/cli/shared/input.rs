@@ -8,7 +8,7 @@ use midsurf::mesh::{Part, PartError, PartOptions};
 use serde::Serialize;
 
 use super::console::say;
-use super::coping::{CopingSource, detection_warnings};
+use super::coping::{CopingSource, detection_warnings, sliver_words};
 use super::failure::{Failure, place_of};
 
 /// A warning for stderr and for reports.
@@ -68,7 +68,12 @@ pub(crate) fn load_tags(
     });
     let found = coping.detection.as_ref();
     let found = found.map(|detection| detection_warnings(detection, mesh_file));
-    let warnings = empty.chain(found.into_iter().flatten()).collect();
+    let slivers = coping.slivers.iter().map(|sliver| Warning {
+        code: "sliver",
+        message: format!("{}: {}", mesh_file.display(), sliver_words(sliver)),
+    });
+    let warnings = empty.chain(found.into_iter().flatten());
+    let warnings = warnings.chain(slivers).collect();
     Ok((coping, warnings))
 }
 
