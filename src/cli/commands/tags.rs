@@ -10,7 +10,7 @@ use midsurf::io::write::{WriteError, stage};
 use midsurf::mesh::FaceId;
 use serde_json::json;
 
-use super::detect;
+use super::{detect, explain};
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{load, load_tags, print_warnings};
@@ -22,6 +22,7 @@ Examples:
   midsurf tags bracket.obj bracket.coping.txt
   midsurf tags bracket.stl bracket.toml -o split.obj
   midsurf tags detect bracket.stl -o bracket.coping.toml
+  midsurf tags explain bracket.stl bracket.coping.toml
 
 The text form of tags has one item a line: a triangle index `12` (from 0, in the
 order of the file), a range `40-57`, or `group: rim_*`, which stands for all
@@ -49,6 +50,7 @@ pub(crate) struct Args {
 #[derive(clap::Subcommand)]
 enum Action {
     Detect(detect::Args),
+    Explain(explain::Args),
 }
 
 #[derive(clap::Args)]
@@ -68,6 +70,7 @@ struct ShowArgs {
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     match (args.action, args.show) {
         (Some(Action::Detect(args)), _) => detect::run(&args),
+        (Some(Action::Explain(args)), _) => explain::run(&args),
         (None, Some(args)) => show(args),
         (None, None) => Err(Failure::usage(
             "a part and a tag file are needed",

@@ -95,13 +95,21 @@ pub(crate) fn detection_warnings(detection: &Detection, part: &Path) -> Vec<Warn
 }
 
 /// What was done about a strip that nobody tagged.
-pub(crate) fn sliver_words(sliver: &Sliver) -> String {
+pub(crate) fn sliver_words(sliver: &Sliver, source: &[u32]) -> String {
     let [x, y, z] = sliver.at.to_array().map(figure);
     format!(
         "triangles {} at ({x}, {y}, {z}) are a strip {} wide between coping faces that no tag names: taken for coping too",
-        shown_ranges(&sliver.triangles),
+        shown_ranges(&facets(source, &sliver.triangles)),
         figure(sliver.width)
     )
+}
+
+/// Facets of the file that triangles come from, ascending: what tags and people
+/// count in.
+pub(crate) fn facets(source: &[u32], triangles: &[u32]) -> Vec<u32> {
+    let mut facets: Vec<u32> = triangles.iter().map(|&t| source[t as usize]).collect();
+    facets.dedup();
+    facets
 }
 
 /// The first ranges of a list of triangles.

@@ -28,6 +28,8 @@ pub(crate) struct Input {
     pub(crate) names: FacetNames,
     pub(crate) rules: Vec<RuleResult>,
     pub(crate) detection: Option<Detection>,
+    /// Facet of the file that each triangle comes from.
+    pub(crate) source: Vec<u32>,
     pub(crate) part: Part,
     pub(crate) warnings: Vec<Warning>,
 }
@@ -70,7 +72,11 @@ pub(crate) fn load_tags(
     let found = found.map(|detection| detection_warnings(detection, mesh_file));
     let slivers = coping.slivers.iter().map(|sliver| Warning {
         code: "sliver",
-        message: format!("{}: {}", mesh_file.display(), sliver_words(sliver)),
+        message: format!(
+            "{}: {}",
+            mesh_file.display(),
+            sliver_words(sliver, &loaded.source)
+        ),
     });
     let warnings = empty.chain(found.into_iter().flatten());
     let warnings = warnings.chain(slivers).collect();
@@ -113,6 +119,7 @@ impl Input {
             names: loaded.names,
             rules: coping.rules,
             detection: coping.detection,
+            source: loaded.source,
             part,
             warnings,
         })

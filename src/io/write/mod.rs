@@ -6,7 +6,9 @@
 mod csv;
 mod obj;
 mod painted;
+mod picture;
 mod ply;
+mod scalar;
 mod solid;
 mod stage;
 mod stl;
@@ -19,6 +21,8 @@ use miette::Diagnostic;
 use thiserror::Error;
 
 pub use painted::stage_deviation;
+pub use picture::stage_picture;
+pub use scalar::{Scalars, stage_scalars};
 pub use solid::{Shade, SolidFormat, stage_solid, write_solid};
 pub use stage::{Staged, check_target, stage};
 
