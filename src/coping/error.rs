@@ -1,12 +1,17 @@
 //! Why a tag file could not be used: where, what, and what to do.
 
 use std::fmt;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
 use thiserror::Error;
 
-use super::rule::{Located, Span};
+/// Bytes of the tag file's text.
+pub(super) type Span = Range<usize>;
+
+/// A problem and the text it is about.
+pub(super) type Located = (Span, TagProblem);
 
 /// What is wrong with a tag file, or between it and the mesh.
 #[derive(Debug, Error, Diagnostic)]

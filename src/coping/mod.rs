@@ -26,7 +26,8 @@ pub use write::{detected_text, detected_toml, ranges};
 
 use crate::io::{LoadedMesh, decode};
 use crate::mesh::{Bounds, FaceId, TriMesh};
-use rule::{Located, OnEmpty, Rest, TagFile};
+use error::Located;
+use rule::{OnEmpty, Rest, TagFile};
 use select::Selector;
 
 /// What a tag file selects on a mesh.

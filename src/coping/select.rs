@@ -3,8 +3,9 @@
 use glam::DVec3;
 
 use super::error::TagProblem;
+use super::error::{Located, Span};
 use super::glob::fits;
-use super::rule::{BoxMode, Condition, FacetRange, Located, NameKind, Span};
+use super::rule::{BoxMode, Condition, FacetRange, NameKind};
 use crate::io::{LoadedMesh, NameSet};
 use crate::mesh::{FaceId, TriMesh, weld_exact};
 

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use glam::DVec3;
 use midsurf::field::Field;
-use midsurf::field::thickness::{ThicknessProfile, thickness_at};
 use midsurf::io::write::{Scalars, Staged, stage_scalars};
 use midsurf::mesh::{FaceId, Part, TriMesh};
+use midsurf::walls::thickness::{ThicknessProfile, thickness_at};
 use rayon::prelude::*;
 use serde::Serialize;
 

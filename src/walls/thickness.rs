@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Field, Footpoint};
+use crate::field::{Field, Footpoint};
 use crate::mesh::FaceId;
 
 /// The largest ball inside the walls that touches `point` of wall `face`
@@ -117,7 +117,7 @@ pub fn thickness_at(field: &Field, face: FaceId, point: DVec3) -> Option<f64> {
     let (centre, touch) = maximal_ball(field, face, point)?;
     let (u, v) = (point - centre, touch.point - centre);
     let angle = u.cross(v).length().atan2(u.dot(v)).to_degrees();
-    (angle > crate::walls::MAX_FIN_ANGLE).then(|| point.distance(touch.point))
+    (angle > super::MAX_FIN_ANGLE).then(|| point.distance(touch.point))
 }
 
 impl ThicknessProfile {
