@@ -20,6 +20,10 @@ const NARROW: f64 = 0.2;
 /// Width over length, at most, of what is looked at closer.
 const SLENDER: f64 = 0.25;
 
+/// Width over that of the coping beside it, at most: what is as wide as a rim
+/// was left out on purpose, or missed as a whole.
+const THIN: f64 = 0.1;
+
 /// Cosine of the bend up to which triangles are one strip, 45 degrees.
 const ONE_STRIP: f64 = 0.7;
 
@@ -64,67 +68,108 @@ pub(super) fn slivers(mesh: &TriMesh, coping: &[bool], kept: &[bool]) -> Vec<Sli
     candidates
 }
 
-/// Slender strips of wall with coping nearly all round.
+/// What is known of triangles of one tag that hang together without a crease.
+#[derive(Clone, Copy, Debug)]
+struct Strip {
+    on_coping: f64,
+    border: f64,
+    area: f64,
+    /// Width of the narrowest coping beside it.
+    beside: f64,
+}
+
+impl Strip {
+    /// Of a long strip; a third of its size for a compact face.
+    fn width(&self) -> f64 {
+        2.0 * self.area / self.border
+    }
+
+    fn is_sliver(&self) -> bool {
+        self.area > 0.0
+            && self.on_coping >= BORDERED * self.border
+            && self.width() <= SLENDER * 0.5 * self.border
+            && self.width() <= THIN * self.beside
+    }
+}
+
+/// Slender strips of wall with coping nearly all round, that far wider.
 fn candidates(mesh: &TriMesh, coping: &[bool]) -> Vec<Sliver> {
     let normal = |face: FaceId| mesh.area_vector(face).normalize_or_zero();
     let uses = mesh.edges();
     let mut sets = Sets::new(mesh.triangles.len());
-    let pairs = || uses.by_edge().filter(|uses| uses.len() == 2);
-    for pair in pairs() {
-        let [a, b] = [pair[0].face, pair[1].face];
-        let walls = !coping[a.index()] && !coping[b.index()];
+    let pairs: Vec<[FaceId; 2]> = uses
+        .by_edge()
+        .filter_map(|uses| match uses {
+            [a, b] => Some([a.face, b.face]),
+            _ => None,
+        })
+        .collect();
+    for &[a, b] in &pairs {
         let (na, nb) = (normal(a), normal(b));
         let flat = na.dot(nb) >= ONE_STRIP || na == DVec3::ZERO || nb == DVec3::ZERO;
-        if walls && flat {
+        if coping[a.index()] == coping[b.index()] && flat {
             sets.join(a.0, b.0);
         }
     }
     let (strip_of, count) = sets.labels();
-    // Border on coping, whole border, area.
-    let mut sums = vec![[0.0; 3]; count];
-    for pair in pairs() {
-        let [from, to] = pair[0].edge.map(|v| mesh.positions[v as usize]);
-        let length = from.distance(to);
-        let [a, b] = [pair[0].face, pair[1].face];
-        for (own, other) in [(a, b), (b, a)] {
-            let strip = strip_of[own.index()];
-            if strip != strip_of[other.index()] {
-                let sum = &mut sums[strip as usize];
-                sum[1] += length;
-                if coping[other.index()] {
-                    sum[0] += length;
-                }
+    let strip = |face: FaceId| strip_of[face.index()] as usize;
+    let none = Strip {
+        on_coping: 0.0,
+        border: 0.0,
+        area: 0.0,
+        beside: f64::INFINITY,
+    };
+    let mut strips = vec![none; count];
+    for face in mesh.faces() {
+        strips[strip(face)].area += mesh.triangle_area(face);
+    }
+    let borders = uses.by_edge().filter_map(|uses| match uses {
+        [a, b] if strip(a.face) != strip(b.face) => {
+            let [from, to] = a.edge.map(|v| mesh.positions[v as usize]);
+            Some((from.distance(to), [a.face, b.face]))
+        }
+        _ => None,
+    });
+    let borders: Vec<(f64, [FaceId; 2])> = borders.collect();
+    let both_ways = |&[a, b]: &[FaceId; 2]| [(a, b), (b, a)];
+    for (length, faces) in &borders {
+        for (own, other) in both_ways(faces) {
+            let own = &mut strips[strip(own)];
+            own.border += length;
+            if coping[other.index()] {
+                own.on_coping += length;
             }
         }
     }
-    for face in mesh.faces() {
-        sums[strip_of[face.index()] as usize][2] += mesh.triangle_area(face);
+    let widths: Vec<f64> = strips.iter().map(Strip::width).collect();
+    for (_, faces) in &borders {
+        for (own, other) in both_ways(faces) {
+            if coping[other.index()] {
+                let own = &mut strips[strip(own)];
+                own.beside = own.beside.min(widths[strip(other)]);
+            }
+        }
     }
-    let width = |&[_, border, area]: &[f64; 3]| 2.0 * area / border;
-    let slender = |sum: &[f64; 3]| {
-        let [on_coping, border, area] = *sum;
-        area > 0.0 && on_coping >= BORDERED * border && width(sum) <= SLENDER * 0.5 * border
-    };
-    let mut strips: Vec<Option<Sliver>> = sums
+    let mut slivers: Vec<Option<Sliver>> = strips
         .iter()
-        .map(|sum| {
-            slender(sum).then(|| Sliver {
+        .map(|strip| {
+            strip.is_sliver().then(|| Sliver {
                 triangles: Vec::new(),
-                width: width(sum),
+                width: strip.width(),
                 at: DVec3::ZERO,
             })
         })
         .collect();
     for face in mesh.faces().filter(|face| !coping[face.index()]) {
-        if let Some(sliver) = &mut strips[strip_of[face.index()] as usize] {
+        if let Some(sliver) = &mut slivers[strip(face)] {
             if sliver.triangles.is_empty() {
                 sliver.at = mesh.corners(face).iter().sum::<DVec3>() / 3.0;
             }
             sliver.triangles.push(face.0);
         }
     }
-    let strips = strips.into_iter().flatten();
-    strips
+    let slivers = slivers.into_iter().flatten();
+    slivers
         .filter(|sliver| !sliver.triangles.is_empty())
         .collect()
 }

@@ -14,7 +14,7 @@ use crate::cli::shared::coping::{facets, shown_ranges};
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{load, print_warnings};
 use crate::cli::shared::numbers::figure;
-use crate::cli::shared::run::check_names;
+use crate::cli::shared::run::{check_names, check_suffix};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -60,6 +60,9 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let outputs = outputs.chain(args.picture.iter().map(|file| (file.clone(), "picture")));
     let outputs = outputs.chain(json_file.clone().map(|file| (file.clone(), "report")));
     check_names(&[(&*args.part, "part")], outputs)?;
+    if let Some(file) = &args.picture {
+        check_suffix(file, ".png")?;
+    }
     let (loaded, warnings) = load(&args.part)?;
     print_warnings(&warnings);
     let options = Options {

@@ -13,7 +13,7 @@ use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::numbers::figure;
-use crate::cli::shared::run::check_names;
+use crate::cli::shared::run::{check_names, check_suffix};
 
 const EXAMPLES: &str = "\
 Examples:

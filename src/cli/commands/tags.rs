@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use midsurf::coping::{Coping, RuleResult};
 use midsurf::io::LoadedMesh;
-use midsurf::io::write::{WriteError, stage};
+use midsurf::io::write::stage;
 use midsurf::mesh::FaceId;
 use serde_json::json;
 
@@ -15,7 +15,7 @@ use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{load, load_tags, print_warnings};
 use crate::cli::shared::numbers::figure;
-use crate::cli::shared::run::check_names;
+use crate::cli::shared::run::{check_names, check_suffix};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -116,15 +116,7 @@ fn show(args: ShowArgs) -> Result<ExitCode, Failure> {
 }
 
 fn check_output(args: &ShowArgs, file: &Path) -> Result<(), Failure> {
-    let is_obj = file
-        .extension()
-        .is_some_and(|suffix| suffix.eq_ignore_ascii_case("obj"));
-    if !is_obj {
-        return Err(Failure::input(WriteError::UnknownFormat {
-            file: file.to_owned(),
-            known: ".obj",
-        }));
-    }
+    check_suffix(file, ".obj")?;
     let inputs = [(&*args.part, "part"), (&*args.tags, "coping tags")];
     check_names(&inputs, [(file.to_owned(), "output")])
 }
