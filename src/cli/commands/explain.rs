@@ -11,6 +11,8 @@ use serde_json::{Value, json};
 use crate::cli::shared::coping::{CopingSource, facets, shown_ranges};
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{load, load_tags, print_warnings};
+use crate::cli::shared::pool;
+use crate::cli::shared::report::named;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -88,6 +90,7 @@ impl Explained<'_> {
 }
 
 pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
+    pool::start(None);
     let (loaded, mut warnings) = load(&args.part)?;
     let (coping, more) = load_tags(&args.tags, &loaded, &args.part)?;
     warnings.extend(
@@ -131,7 +134,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut out = io::stdout().lock();
     if args.json {
         let report = json!({
-            "part": args.part,
+            "part": named(&args.part),
             "tags": args.tags,
             "verdict": detection.verdict(),
             "faces": faces.iter().map(Explained::json).collect::<Vec<_>>(),

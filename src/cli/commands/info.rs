@@ -13,7 +13,10 @@ use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::pool;
+use crate::cli::shared::report::named;
 use crate::cli::shared::run::{check_names, check_suffix};
+use midsurf::io::quote::{shown, shown_path};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -58,7 +61,7 @@ pub(crate) struct Args {
 
 #[derive(Serialize)]
 struct Info {
-    part: PathBuf,
+    part: String,
     sha256: String,
     geometry: String,
     facets: usize,
@@ -87,10 +90,14 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(&*args.part, "part")];
     let tags = args.coping.file().map(|file| (file, "coping tags"));
     let inputs: Vec<_> = inputs.into_iter().chain(tags).collect();
+    if let Some(file) = &args.output {
+        check_suffix(file, ".ply, .vtu")?;
+    }
     check_names(
         &inputs,
         args.output.iter().map(|file| (file.clone(), "map")),
     )?;
+    pool::start(None);
     let options = PartOptions {
         allow_open: true,
         weld: args.weld,
@@ -111,7 +118,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             return Err(Failure::no_result(
                 format!(
                     "{}: no wall faces another, so there is no thickness to map",
-                    args.part.display()
+                    shown_path(&args.part)
                 ),
                 "check the coping tags with `midsurf tags explain PART TAGS`",
             ));
@@ -166,7 +173,7 @@ impl Info {
         let object = |set: &midsurf::io::NameSet| set.object.clone();
         let material = |set: &midsurf::io::NameSet| set.material.clone();
         Info {
-            part: input.file.clone(),
+            part: named(&input.file),
             sha256: input.sha256.clone(),
             geometry: input.geometry.clone(),
             facets: input.facets,
@@ -194,7 +201,7 @@ impl Info {
 
     fn print(&self, out: &mut impl Write) -> io::Result<()> {
         let [a, b] = [self.min, self.max];
-        writeln!(out, "part         {}", self.part.display())?;
+        writeln!(out, "part         {}", shown(&self.part))?;
         write!(out, "triangles    {}", self.triangles)?;
         if self.facets != self.triangles {
             write!(out, " from {} faces", self.facets)?;
@@ -271,14 +278,14 @@ impl Info {
             ("materials", &self.materials),
         ] {
             if !names.is_empty() {
-                let shown = names.iter().take(NAMES_SHOWN).cloned();
-                let shown = shown.collect::<Vec<_>>().join(", ");
+                let names_shown = names.iter().take(NAMES_SHOWN).map(|name| shown(name));
+                let list = names_shown.collect::<Vec<_>>().join(", ");
                 let more = if names.len() > NAMES_SHOWN {
                     ", …"
                 } else {
                     ""
                 };
-                writeln!(out, "{kind:<12} {}: {shown}{more}", names.len())?;
+                writeln!(out, "{kind:<12} {}: {list}{more}", names.len())?;
             }
         }
         writeln!(out, "sha256       {}", self.sha256)?;
