@@ -75,7 +75,7 @@ pub(crate) fn load_tags(
         code: "sliver",
         message: format!(
             "{}: {}",
-            mesh_file.display(),
+            shown_path(mesh_file),
             sliver_words(sliver, &loaded.source)
         ),
     });
