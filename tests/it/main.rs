@@ -10,6 +10,7 @@ mod end_to_end;
 mod exactness;
 mod far;
 mod harm;
+mod info;
 mod invariance;
 mod offset;
 mod parts;
