@@ -575,7 +575,8 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             let along = along / length.max(f64::MIN_POSITIVE);
             let inside = self.region.normal.cross(along).normalize_or_zero();
             let (a, b) = (inside.dot(self.x - fence.from), inside.dot(y - fence.from));
-            if b >= 0.0 || a <= b || a < -self.tie {
+            // Along a fence, as over a row of facets, the contour stays in its facet.
+            if b >= -self.lengths.outside || a <= b || a < -self.tie {
                 continue;
             }
             if a <= self.tie && t.dot(inside) > 0.0 {
