@@ -13,6 +13,7 @@ use crate::trace::edge::Crossing;
 use crate::trace::probe::{Pair, Probe};
 use crate::trace::solve::distance_to;
 use crate::trace::tolerances::{SAME_WAY, Tolerances};
+use crate::walls::{MAX_FIN_ANGLE, object_angle};
 
 /// What a face vertex is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -320,12 +321,13 @@ impl Work<'_> {
                         .or_else(|| self.end_at(probe, node, -heading, pair))
                 }),
             // No sheet leaves the vertex there after all.
-            Stop::Fades { at: last, .. } if last.distance(at) <= self.near => {
+            Stop::Fades { at: last, .. }
+                if last.distance(at) <= self.near && matches!(from, ArcEnd::Spoke { .. }) =>
+            {
                 if let ArcEnd::Spoke { node, spoke } = from {
                     self.faded.push((node, spoke));
-                    return;
                 }
-                None
+                return;
             }
             Stop::Fades { at, pair } => {
                 self.arrive_at_border(probe, at, pair, FaceNodeKind::Fading)
@@ -392,8 +394,9 @@ impl Work<'_> {
             .collect()
     }
 
-    /// Joins open ends between the same two walls by a contour, the likest
-    /// and nearest first, so that both tetrahedra at the face get the same.
+    /// Joins open ends between the same two walls by a contour, the nearest
+    /// first, so that both tetrahedra at the face get the same. A weak sheet
+    /// that is left with one end fades there.
     fn close_open_ends(&mut self, probe: &Probe) {
         if self.out.lost.is_empty() {
             return;
@@ -417,6 +420,27 @@ impl Work<'_> {
                 (taken[i], taken[j]) = (true, true);
                 self.out.arcs.push(FaceArc {
                     ends: [open[i].0, open[j].0],
+                });
+                self.out.matched += 1;
+            }
+        }
+        for (k, &(end, at, [left, right])) in open.iter().enumerate() {
+            let angle = || {
+                let foot = |w: FaceId| field.footpoint_on(at, w);
+                object_angle(at, &foot(left), &foot(right))
+            };
+            // Walls so weak that whether they are separate is told by the way
+            // round them, from one point so and from another otherwise.
+            let weak = || angle() <= MAX_FIN_ANGLE;
+            if !taken[k] && matches!(end, ArcEnd::Crossing { .. }) && weak() {
+                let pair = Pair { left, right };
+                let node = self.add_border(probe, at, pair, FaceNodeKind::Fading);
+                let border = ArcEnd::Spoke {
+                    node: node as u16,
+                    spoke: 0,
+                };
+                self.out.arcs.push(FaceArc {
+                    ends: [end, border],
                 });
                 self.out.matched += 1;
             }
@@ -475,6 +499,24 @@ impl Work<'_> {
         })
     }
 
+    /// The far end of a contour that faded out on its way from `end`: one
+    /// that gets there from the other side did not, and takes its place.
+    fn faded_short(&mut self, end: ArcEnd) -> Option<ArcEnd> {
+        let arc = self.out.arcs.iter().position(|a| a.ends.contains(&end))?;
+        let [a, b] = self.out.arcs[arc].ends;
+        let ArcEnd::Spoke { node, .. } = (if a == end { b } else { a }) else {
+            return None;
+        };
+        let vertex = &mut self.out.nodes[node as usize];
+        if vertex.kind != FaceNodeKind::Fading {
+            return None;
+        }
+        vertex.spokes.clear();
+        self.spokes_used[node as usize].clear();
+        self.out.arcs.remove(arc);
+        Some(end)
+    }
+
     fn arrive_at_border(
         &mut self,
         probe: &Probe,
@@ -512,7 +554,12 @@ impl Work<'_> {
                     .unwrap_or(std::cmp::Ordering::Equal)
             });
         let index = match best {
-            Some(k) if self.used[side][k] => return None,
+            Some(k) if self.used[side][k] => {
+                return self.faded_short(ArcEnd::Crossing {
+                    side: side as u8,
+                    index: k as u16,
+                });
+            }
             Some(k) => k,
             None if probe.is_outside(at) => return None,
             None => {
