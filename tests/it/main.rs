@@ -7,6 +7,7 @@ mod detect;
 mod end_to_end;
 mod exactness;
 mod far;
+mod harm;
 mod invariance;
 mod offset;
 mod parts;

@@ -20,6 +20,7 @@ use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::{angle, figure, positive};
 use crate::cli::shared::run::RunArgs;
+use midsurf::io::quote::{shown, shown_path};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -127,7 +128,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         .map_err(|error| Failure::refused(&args.part, &error))?;
     if result.surface.triangles().is_empty() {
         return Err(Failure::no_result(
-            format!("{}: no mid-surface was found", args.part.display()),
+            format!("{}: no mid-surface was found", shown_path(&args.part)),
             "check the coping tags with `midsurf tags PART TAGS`, and take a smaller --cell",
         ));
     }
@@ -176,7 +177,7 @@ impl Args {
 fn describe(input: &Input) {
     say(format_args!(
         "{}: {} triangles, {} of them coping, diagonal {}",
-        input.file.display(),
+        shown_path(&input.file),
         input.part.triangle_count(),
         input.part.coping_count(),
         figure(input.part.bounds().diagonal())
@@ -184,7 +185,7 @@ fn describe(input: &Input) {
     for rule in &input.rules {
         say(format_args!(
             "  {}: {} triangles, area {}",
-            rule.name,
+            shown(&rule.name),
             rule.count,
             figure(rule.area)
         ));
