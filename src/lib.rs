@@ -31,7 +31,8 @@
 //! mid-surfaces; [`subdivide`] makes hollow solids of Catmull-Clark control
 //! meshes. `dual_contour` turns a solid given by a function into a mesh without
 //! self-intersections, for all of these. [`roundtrip`] goes from the part to
-//! its mid-surface, back to a solid, and says how far that is off.
+//! its mid-surface, back to a solid, and says how far that is off. `view`, a
+//! feature, is a page in the browser to look, tag and extract.
 //!
 //! # Who may use whom
 //!
@@ -53,17 +54,20 @@
 //! Each engine's verb, settings, result and error, and the types that these are
 //! made of. `internals` is for benches and oracles: no promise is made of it.
 
+// The public rooms speak of the private ones; their documentation is read with
+// private items.
+#![allow(rustdoc::private_intra_doc_links)]
 // A library neither prints nor gives up.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 
 pub mod check;
 pub mod coping;
-pub mod dual_contour;
+mod dual_contour;
 pub mod extract;
-pub mod field;
+mod field;
 pub mod io;
-pub mod lattice;
+mod lattice;
 pub mod mesh;
 pub mod offset;
 pub mod reshape;
@@ -73,10 +77,32 @@ pub mod settings;
 pub mod subdivide;
 pub mod surface;
 pub mod thicken;
-pub mod trace;
-pub mod walls;
+mod trace;
+#[cfg(feature = "view")]
+pub mod view;
+mod walls;
 
 pub use extract::{ExtractError, Extraction, Settings, extract};
 pub use mesh::{Part, PartOptions};
 pub use settings::cell::CellSize;
 pub use surface::MidSurface;
+
+/// The insides, for benches and oracles. No promise is made of what stands here.
+#[doc(hidden)]
+pub mod internals {
+    pub mod dual_contour {
+        pub use crate::dual_contour::*;
+    }
+    pub mod field {
+        pub use crate::field::*;
+    }
+    pub mod lattice {
+        pub use crate::lattice::*;
+    }
+    pub mod trace {
+        pub use crate::trace::*;
+    }
+    pub mod walls {
+        pub use crate::walls::*;
+    }
+}

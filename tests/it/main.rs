@@ -2,12 +2,15 @@
 
 mod broken_files;
 mod cli_input;
+mod closes;
 mod common;
 mod detect;
+mod elements;
 mod end_to_end;
 mod exactness;
 mod far;
 mod harm;
+mod info;
 mod invariance;
 mod offset;
 mod parts;
@@ -19,4 +22,6 @@ mod snapshots;
 mod subdivide;
 mod tags;
 mod thicken;
+#[cfg(feature = "view")]
+mod view;
 mod writers;

@@ -2,8 +2,8 @@
 //! commands.
 
 use glam::DVec3;
-use midsurf::dual_contour::GridError;
 use midsurf::mesh::{Part, PartOptions, TriMesh, self_intersections};
+use midsurf::offset::GridError;
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, hollowed, offset};
 use midsurf::settings::memory::TooFine;
 use midsurf::settings::precision::Precision;

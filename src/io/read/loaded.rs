@@ -44,7 +44,7 @@ impl LoadedMesh {
             (Some(&facet), FacetPlaces::Strided { start, stride }) => {
                 Place::Byte(start + stride * u64::from(facet))
             }
-            (None, _) => Place::Whole,
+            (Some(_), FacetPlaces::None) | (None, _) => Place::Whole,
         }
     }
 }
@@ -58,7 +58,7 @@ pub struct PlyValues {
     pub thickness: Vec<f64>,
     /// Property `radius`.
     pub radius: Vec<f64>,
-    /// Property `kind`; see [`write::vertex_code`].
+    /// Property `kind`; see [`crate::io::write::vertex_code`].
     pub kind: Vec<f64>,
     /// Property `kind` of edges, by their vertices, which exist.
     pub edges: Vec<([u32; 2], f64)>,
@@ -80,7 +80,12 @@ pub struct ReadWarning {
 pub(crate) enum FacetPlaces {
     Lines(Vec<u64>),
     Bytes(Vec<u64>),
-    Strided { start: u64, stride: u64 },
+    Strided {
+        start: u64,
+        stride: u64,
+    },
+    /// They stand in no file that the user has.
+    None,
 }
 
 /// What the readers hand up.
