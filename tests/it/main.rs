@@ -11,6 +11,7 @@ mod exactness;
 mod far;
 mod fuzz;
 mod harm;
+mod info;
 mod invariance;
 mod offset;
 mod parts;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::Work;
 use midsurf::mesh::{PartOptions, TriMesh};
+use midsurf::offset::Work;
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
 use midsurf::settings::cell::{CellSize, Scale};
 use serde_json::{Value, json};
@@ -24,7 +24,7 @@ use crate::cli::shared::solid::{SolidArgs, summary};
 /// Flags of `offset` and `hollow`.
 #[derive(clap::Args)]
 pub(crate) struct ClosedPartArgs {
-    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Cell size: a length, `1%` (of the part's diagonal), or auto (256 cells along the result)
     #[arg(
