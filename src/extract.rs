@@ -10,6 +10,8 @@ use crate::field::thickness::ThicknessProfile;
 use crate::lattice::Lattice;
 use crate::mesh::Part;
 use crate::reshape::clean;
+use crate::reshape::crease::mark_creases;
+use crate::reshape::project::Projector;
 use crate::settings::memory::TooFine;
 use crate::settings::progress::Progress;
 use crate::surface::MidSurface;
@@ -152,6 +154,8 @@ pub fn extract(
 
     progress("mesh", 0, 0);
     let raw = clean::clean_on(tracer.assemble(), cell, &field);
+    let raw = mark_creases(raw, &Projector::new(&walls));
+    let raw = clean::clean_on(raw, cell, &field);
     let (surface, graph, cracks) = graph::build(&raw, &field);
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 

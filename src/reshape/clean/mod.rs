@@ -19,8 +19,6 @@
 //! - That every needle goes. Where the surface bends, where lines run close
 //!   together and at borders with bends, some stay.
 
-mod complex;
-mod shape;
 #[cfg(test)]
 mod tests;
 
@@ -28,12 +26,12 @@ use glam::DVec3;
 use serde::Serialize;
 use smallvec::SmallVec;
 
+use super::complex::{Complex, Rank};
+use super::shape::{Shape, crossing_gap, to_segment, to_triangle};
 use crate::field::Field;
 use crate::mesh::FaceId;
 use crate::surface::marked::Line;
 use crate::surface::marked::RawMesh;
-use complex::{Complex, Rank};
-use shape::{Shape, crossing_gap, to_segment, to_triangle};
 
 /// How far clean-up may go.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -129,7 +127,7 @@ pub fn clean_counted(
         }
     }
     cleaner.edits.short_left = cleaner.short_edges(|_| true).len();
-    (cleaner.complex.into_mesh(mesh), cleaner.edits)
+    (cleaner.complex.into_mesh(&mesh.vertices), cleaner.edits)
 }
 
 struct Cleaner<'f> {

@@ -357,7 +357,9 @@ impl<'m> Complex<'m> {
             }
             irregular_edges +=
                 usize::from(uses.len() > 2 && self.edges.line[e] != Some(Line::Seam));
-            stray_marks += usize::from(uses.len() == 2 && self.edges.line[e].is_some());
+            stray_marks += usize::from(
+                uses.len() == 2 && self.edges.line[e].is_some_and(|l| l != Line::Crease),
+            );
         }
         let roots = |sets: &mut Sets, count: usize| {
             (0..count as u32).filter(|&n| sets.find(n) == n).count()
