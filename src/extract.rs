@@ -9,51 +9,43 @@ use crate::field::Field;
 use crate::field::thickness::ThicknessProfile;
 use crate::lattice::Lattice;
 use crate::mesh::Part;
+use crate::reshape::ElementSettings;
 use crate::reshape::clean;
 use crate::reshape::crease::mark_creases;
 use crate::reshape::project::Projector;
+use crate::reshape::remesh::{self, remesh};
+use crate::settings::cell::{BadCell, CellSize, Scale};
 use crate::settings::memory::TooFine;
-use crate::settings::progress::Progress;
+use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::MidSurface;
 use crate::surface::graph;
 use crate::surface::graph::{Crack, SheetGraph};
 use crate::trace::walk::Tracer;
 use crate::walls::{Separation, Walls};
 
-/// Edge length of a lattice cell.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Cell {
-    /// The median wall thickness.
-    Auto,
-    /// A length in part units.
-    Length(f64),
-    /// So many median wall thicknesses.
-    Thicknesses(f64),
-    /// So many hundredths of the bounding box's diagonal.
-    Percent(f64),
-}
-
 /// What to extract and how finely.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Settings {
-    /// Cell size.
-    pub cell: Cell,
+    /// Cell size; by default the median wall thickness.
+    pub cell: CellSize,
     /// Smallest object angle of a sheet, degrees: weaker ones fade out.
     pub min_angle: f64,
     /// Keep the sheets that run into convex edges.
     pub keep_fins: bool,
     /// Most memory the lattice may take, bytes; a finer cell is refused.
     pub memory_limit: u64,
+    /// Elements wanted; none for the mesh as it is traced.
+    pub elements: Option<ElementSettings>,
 }
 
 impl Default for Settings {
     fn default() -> Settings {
         Settings {
-            cell: Cell::Auto,
+            cell: CellSize::Auto,
             min_angle: DEFAULT_ANGLE,
             keep_fins: false,
             memory_limit: 8 << 30,
+            elements: None,
         }
     }
 }
@@ -73,9 +65,9 @@ const BYTES_PER_CELL: f64 = 7000.0;
 /// Why nothing could be extracted.
 #[derive(Debug, Error)]
 pub enum ExtractError {
-    /// The cell size is not a positive number.
-    #[error("cell size {0} is not a positive length")]
-    BadCell(f64),
+    /// The cell size is no length.
+    #[error(transparent)]
+    BadCell(BadCell),
     /// No wall of the part faces another.
     #[error(
         "no wall faces another wall: the wall thickness is unknown; give a cell size, and check the coping tags"
@@ -84,6 +76,15 @@ pub enum ExtractError {
     /// The lattice would not fit.
     #[error(transparent)]
     TooFine(#[from] TooFine),
+    /// It was asked to stop; see [`extract_until`].
+    #[error("stopped on request")]
+    Stopped,
+}
+
+impl From<Stopped> for ExtractError {
+    fn from(_: Stopped) -> ExtractError {
+        ExtractError::Stopped
+    }
 }
 
 /// Seconds by stage and counts of work.
@@ -113,8 +114,12 @@ pub struct Work {
     pub field_seconds: f64,
     /// Following the mid-surface.
     pub trace_seconds: f64,
-    /// Assembly, clean-up and sheet graph.
+    /// Assembly, creases, clean-up and sheet graph.
     pub mesh_seconds: f64,
+    /// Remeshing to an element size.
+    pub remesh_seconds: f64,
+    /// What remeshing did.
+    pub edits: remesh::Edits,
 }
 
 /// The result of an extraction.
@@ -139,6 +144,16 @@ pub fn extract(
     settings: &Settings,
     progress: &Progress,
 ) -> Result<Extraction, ExtractError> {
+    extract_until(part, settings, progress, &Stop::default())
+}
+
+/// As [`extract`], but ends early when asked to.
+pub fn extract_until(
+    part: &Part,
+    settings: &Settings,
+    progress: &Progress,
+    stop: &Stop,
+) -> Result<Extraction, ExtractError> {
     let start = Instant::now();
     progress("field", 0, 0);
     let field = Field::new(part);
@@ -146,24 +161,40 @@ pub fn extract(
     let cell = cell_size(part, &profile, settings)?;
     let walls = Walls::new(part, &field, separation(settings));
     let lattice = lattice(part, &field, &profile, cell, settings)?;
+    stop.heed()?;
     let field_seconds = start.elapsed().as_secs_f64();
 
     let mut tracer = Tracer::new(&walls, lattice);
-    tracer.run(progress);
+    tracer.run(progress, stop)?;
     let trace_seconds = start.elapsed().as_secs_f64() - field_seconds;
 
     progress("mesh", 0, 0);
     let raw = clean::clean_on(tracer.assemble(), cell, &field);
-    let raw = mark_creases(raw, &Projector::new(&walls));
-    let raw = clean::clean_on(raw, cell, &field);
-    let (surface, graph, cracks) = graph::build(&raw, &field);
+    let projector = Projector::new(&walls);
+    let raw = clean::clean_on(mark_creases(raw, &projector), cell, &field);
+    stop.heed()?;
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
+
+    let (raw, edits) = match element_settings(part, &profile, settings)? {
+        Some(wanted) => {
+            progress("remesh", 0, 0);
+            remesh(&raw, &projector, &wanted)
+        }
+        None => (raw, remesh::Edits::default()),
+    };
+    stop.heed()?;
+    let before = field_seconds + trace_seconds + mesh_seconds;
+    let remesh_seconds = start.elapsed().as_secs_f64() - before;
+    let (surface, graph, cracks) = graph::build(&raw, &field);
+    let graph_seconds = start.elapsed().as_secs_f64() - before - remesh_seconds;
 
     let work = Work {
         cell,
         field_seconds,
         trace_seconds,
-        mesh_seconds,
+        mesh_seconds: mesh_seconds + graph_seconds,
+        remesh_seconds,
+        edits,
         ..tracer.work()
     };
     Ok(Extraction {
@@ -188,17 +219,33 @@ fn cell_size(
     profile: &ThicknessProfile,
     settings: &Settings,
 ) -> Result<f64, ExtractError> {
-    let median = || profile.percentile(50.0).ok_or(ExtractError::NoThickness);
-    let cell = match settings.cell {
-        Cell::Auto => median()?,
-        Cell::Length(length) => length,
-        Cell::Thicknesses(factor) => factor * median()?,
-        Cell::Percent(percent) => 0.01 * percent * part.bounds().diagonal(),
-    };
-    if cell.is_finite() && cell > 0.0 {
-        Ok(cell)
-    } else {
-        Err(ExtractError::BadCell(cell))
+    let scale = scale(part, profile);
+    settings.cell.resolve(&scale).map_err(bad_size)
+}
+
+fn element_settings(
+    part: &Part,
+    profile: &ThicknessProfile,
+    settings: &Settings,
+) -> Result<Option<remesh::Settings>, ExtractError> {
+    let scale = scale(part, profile);
+    let wanted = settings.elements.map(|e| e.resolve(&scale));
+    wanted.transpose().map_err(bad_size)
+}
+
+fn scale(part: &Part, profile: &ThicknessProfile) -> Scale {
+    let median = profile.percentile(50.0);
+    Scale {
+        auto: median,
+        thickness: median,
+        diagonal: part.bounds().diagonal(),
+    }
+}
+
+fn bad_size(error: BadCell) -> ExtractError {
+    match error {
+        BadCell::NoThickness => ExtractError::NoThickness,
+        error => ExtractError::BadCell(error),
     }
 }
 

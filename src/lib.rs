@@ -53,7 +53,7 @@ pub mod thicken;
 pub mod trace;
 pub mod walls;
 
-pub use extract::{Cell, ExtractError, Extraction, Settings, extract};
-
+pub use extract::{ExtractError, Extraction, Settings, extract};
 pub use mesh::{Part, PartOptions};
+pub use settings::cell::CellSize;
 pub use surface::MidSurface;

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use midsurf::coping::read_tags;
-use midsurf::extract::{Cell, Extraction, Settings, extract};
+use midsurf::extract::{Extraction, Settings, extract};
 use midsurf::io::read_mesh;
 use midsurf::mesh::{Part, PartOptions, TriMesh};
 
@@ -41,7 +41,7 @@ fn main() {
 
 fn run(part: &Part, cell: f64) -> (Extraction, f64) {
     let settings = Settings {
-        cell: Cell::Length(cell),
+        cell: midsurf::CellSize::Length(cell),
         memory_limit: u64::MAX,
         ..Settings::default()
     };

@@ -2,9 +2,10 @@
 
 use thiserror::Error;
 
-use super::grid::{Grid, Precision};
+use super::grid::Grid;
 use crate::mesh::Bounds;
 use crate::settings::memory::TooFine;
+use crate::settings::precision::Precision;
 
 /// Bytes that an active cell takes at the peak, measured; for the memory bound.
 const BYTES_PER_CELL: f64 = 400.0;

@@ -6,39 +6,9 @@
 //! spaced; with [`Precision::Single`] each is rounded to `f32`.
 
 use glam::{DVec3, IVec3};
-use serde::Serialize;
 
 use crate::mesh::Bounds;
-
-/// Numbers that the vertices may have.
-///
-/// Contouring decides with the numbers that are written. A file format of
-/// single precision rounds the others, which can push a thin triangle through
-/// its neighbour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Precision {
-    /// Any `f64`.
-    #[default]
-    Double,
-    /// Those that `f32` holds too: for binary STL.
-    Single,
-}
-
-impl Precision {
-    /// The nearest number allowed.
-    pub fn round(self, x: f64) -> f64 {
-        match self {
-            Precision::Double => x,
-            Precision::Single => f64::from(x as f32),
-        }
-    }
-
-    /// The nearest point allowed.
-    pub fn round_point(self, p: DVec3) -> DVec3 {
-        DVec3::from_array(p.to_array().map(|x| self.round(x)))
-    }
-}
+use crate::settings::precision::Precision;
 
 /// The distance of the first plane from the box, as fractions of a cell along
 /// x, y and z: odd ones, because faces of mechanical parts love round numbers

@@ -65,7 +65,7 @@ pub use band::{FilterCounts, Filters};
 pub use budget::{GridError, smallest_cell};
 pub use deviation::Deviation;
 pub use edges::CrossingCounts;
-pub use grid::{CellBox, Grid, Precision};
+pub use grid::{CellBox, Grid};
 pub use hybrid::{Bracket, Found, hybrid};
 pub use implicit::{Crossing, Implicit, Sample};
 pub use mend::MendCounts;

@@ -4,6 +4,7 @@ use glam::{DVec3, IVec3};
 
 use super::*;
 use crate::mesh::{Bounds, self_intersections};
+use crate::settings::precision::Precision;
 
 /// Trilinear interpolation of values at the grid's nodes.
 struct Nodes {

@@ -22,9 +22,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Precision, Work};
+use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Work};
 use crate::field::Field;
 use crate::mesh::{Bounds, Part, TriMesh, self_intersections};
+use crate::settings::cell::{self, BadCell};
+use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
 use solid::OffsetSolid;
 
@@ -73,9 +75,9 @@ pub enum OffsetError {
     /// The distance is zero or no number.
     #[error("offset distance {0} is not a length other than zero")]
     BadDistance(f64),
-    /// The cell size is not a positive number.
-    #[error("cell size {0} is not a positive length")]
-    BadCell(f64),
+    /// The cell size is no length.
+    #[error(transparent)]
+    BadCell(#[from] BadCell),
     /// The tolerance is not a positive number.
     #[error("tolerance {0} is not a positive length")]
     BadTolerance(f64),
@@ -200,9 +202,7 @@ fn check(part: &Part, settings: &Settings) -> Result<(), OffsetError> {
     if !distance.is_finite() || distance == 0.0 {
         return Err(OffsetError::BadDistance(distance));
     }
-    if !(cell > 0.0 && cell.is_finite()) {
-        return Err(OffsetError::BadCell(cell));
-    }
+    cell::check(cell)?;
     if tolerance.is_nan() || tolerance <= 0.0 {
         return Err(OffsetError::BadTolerance(tolerance));
     }

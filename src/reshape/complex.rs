@@ -412,4 +412,22 @@ impl Complex {
         }
         middle
     }
+
+    /// Splits a triangle by a new vertex inside it, whose number is returned.
+    pub(super) fn insert(&mut self, t: u32, at: DVec3) -> u32 {
+        let middle = self.at.len() as u32;
+        self.at.push(at);
+        self.coping.push(None);
+        self.rank.push(Rank::Inner);
+        let [a, b, c] = self.triangles[t as usize];
+        let new = self.triangles.len() as u32;
+        self.triangles[t as usize] = [a, b, middle];
+        self.triangles.extend([[b, c, middle], [c, a, middle]]);
+        self.around[c as usize].retain(|s| *s != t);
+        self.around[b as usize].push(new);
+        self.around[c as usize].extend([new, new + 1]);
+        self.around[a as usize].push(new + 1);
+        self.around.push(SmallVec::from_slice(&[t, new, new + 1]));
+        middle
+    }
 }

@@ -15,10 +15,12 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use super::complex::{Complex, Rank};
+use super::facing::TURN;
 use super::project::Projector;
 use crate::field::Footpoint;
 use crate::mesh::FaceId;
 use crate::surface::marked::{Line, RawMesh, RawVertex, edge};
+use crate::trace::follow::contour::CREASE_ANGLE;
 use crate::trace::solve::{Condition, on_coping, solve};
 
 /// Footpoint directions that differ by less, in degrees, are no jump: creases
@@ -33,6 +35,12 @@ const BRACKET: f64 = 0.03;
 /// A crossing nearer to an end of its edge than this share of the edge moves
 /// the end; the sum of two such shares leaves room between them.
 const NEAR_END: f64 = 0.25;
+
+/// A crossing nearer to a corner than this share of its edge is the corner.
+const AT_CORNER: f64 = 0.02;
+
+/// Sine of ten degrees: no vertex is moved where it would leave a flatter angle.
+const FLATTEST: f64 = 0.17;
 
 /// Where a crease crosses an edge.
 #[derive(Clone, Debug)]
@@ -55,6 +63,7 @@ pub fn mark_creases(mesh: RawMesh, projector: &Projector) -> RawMesh {
         .collect();
     cutter.snap();
     cutter.split();
+    cutter.meet();
     cutter.into_marked()
 }
 
@@ -123,7 +132,8 @@ impl Cutter<'_> {
         let bracket = self.bracket(ends, mark)?;
         let vertex = self.solve_crossing(ends, &bracket, mark)?;
         let share = (vertex.at - ends[0].at).dot(way) / way.length_squared();
-        (share > 0.0 && share < 1.0).then_some(Crossing { share, vertex })
+        // A little beyond an end is at the end.
+        (share > -NEAR_END && share < 1.0 + NEAR_END).then_some(Crossing { share, vertex })
     }
 
     /// A short piece of an edge across which a footpoint jumps round a convex
@@ -257,6 +267,7 @@ impl Cutter<'_> {
     /// Moves vertices onto creases near by.
     fn snap(&mut self) {
         let mut near: Vec<(u64, u32, RawVertex)> = Vec::new();
+        let mut corners: Vec<(u32, bool)> = Vec::new();
         for ((a, b), crossing) in self.all_crossings() {
             let on_line = self.complex.class(a, b).is_some();
             for (v, share) in [(a, crossing.share), (b, 1.0 - crossing.share)] {
@@ -264,13 +275,20 @@ impl Cutter<'_> {
                 let free = match self.complex.rank(v) {
                     Rank::Inner => true,
                     Rank::Line => on_line,
-                    Rank::Corner => false,
+                    Rank::Corner => {
+                        // A crease that ends in a corner.
+                        corners.push((v, share < AT_CORNER));
+                        false
+                    }
                 };
                 if free && share < NEAR_END {
                     let gap = self.complex.at(v).distance(crossing.vertex.at);
                     near.push((gap.to_bits(), v, crossing.vertex.clone()));
                 }
             }
+        }
+        for (v, gap) in corners {
+            self.creased[v as usize] |= gap;
         }
         // The nearest crossing first: of a vertex with several it is the one.
         near.sort_by_key(|n| (n.0, n.1));
@@ -285,25 +303,106 @@ impl Cutter<'_> {
 
     /// Whether no triangle turns over or collapses if a vertex moves.
     fn may_move(&self, v: u32, to: DVec3) -> bool {
-        use super::shape::Shape;
         self.complex.around(v).iter().all(|&t| {
             let Some(corners) = self.complex.corners(t) else {
                 return true;
             };
-            let old = Shape::of(corners.map(|w| self.complex.at(w)));
-            let new = Shape::of(corners.map(|w| if w == v { to } else { self.complex.at(w) }));
-            new.normal.dot(old.normal) > 0.3 && new.sine > 0.3 * old.sine
+            let old = self.complex.shape(corners);
+            let new = self.complex.shape_with(corners, v, to);
+            new.normal.dot(old.normal) > TURN && new.sine > FLATTEST.min(0.9 * old.sine)
         })
     }
 
     /// Splits the edges that still cross a crease.
     fn split(&mut self) {
+        let inside = |c: &Crossing| c.share > AT_CORNER && c.share < 1.0 - AT_CORNER;
         for ((a, b), crossing) in self.all_crossings() {
+            if !inside(&crossing) {
+                continue;
+            }
             let new = self.complex.split(a, b, crossing.vertex.at);
             debug_assert_eq!(new as usize, self.vertices.len());
             self.vertices.push(crossing.vertex);
             self.creased.push(true);
         }
+    }
+
+    /// Where creases meet, a triangle has three creased corners, and four walls
+    /// tie at a point near by: it becomes a vertex, in the triangle or in place
+    /// of the nearest corner.
+    fn meet(&mut self) {
+        for t in 0..self.complex.triangle_count() as u32 {
+            let Some(c) = self.complex.corners(t) else {
+                continue;
+            };
+            if !c.iter().all(|&v| self.creased[v as usize]) {
+                continue;
+            }
+            let Some(vertex) = self.meeting(c) else {
+                continue;
+            };
+            if self.is_within(c, vertex.at) {
+                self.complex.insert(t, vertex.at);
+                self.vertices.push(vertex);
+                self.creased.push(true);
+                continue;
+            }
+            let gap = |v: u32| self.complex.at(v).distance(vertex.at);
+            let nearest = c.into_iter().min_by(|&v, &w| gap(v).total_cmp(&gap(w)));
+            if let Some(v) = nearest
+                && self.complex.rank(v) == Rank::Inner
+                && self.may_move(v, vertex.at)
+            {
+                self.complex.put(v, vertex.at);
+                self.vertices[v as usize] = vertex;
+            }
+        }
+    }
+
+    /// The point near three vertices on creases where all their walls tie.
+    fn meeting(&self, corners: [u32; 3]) -> Option<RawVertex> {
+        let walls = self.projector.walls();
+        let field = walls.field();
+        let points = corners.map(|v| self.complex.at(v));
+        let start = (points[0] + points[1] + points[2]) / 3.0;
+        let hints = corners
+            .iter()
+            .flat_map(|&v| &self.vertices[v as usize].walls);
+        let mut tied: SmallVec<[Footpoint; 6]> = SmallVec::new();
+        for &face in hints {
+            let foot = self.foot(start, walls.settle(start, face, CREASE_ANGLE));
+            if tied
+                .iter()
+                .all(|f| turn(start, f, start, &foot) > LEAST_JUMP)
+            {
+                tied.push(foot);
+            }
+        }
+        let &[a, b, c, d] = tied.as_slice() else {
+            return None;
+        };
+        let ties = [b, c, d].map(|other| Condition::Tie(a.face, other.face));
+        let reach = points.iter().map(|p| p.distance(start)).fold(0.0, f64::max);
+        let at = solve(field, ties, start, 2.0 * reach, walls.tolerances().solve)?;
+        let nearest = field.footpoint_near(at, a.face).distance;
+        let least = field.footpoint_on(at, a.face).distance;
+        (nearest >= 0.999 * least).then(|| RawVertex {
+            at,
+            walls: tied.iter().map(|f| f.face).collect(),
+            coping: None,
+        })
+    }
+
+    /// Whether a point lies over a triangle, off its edges.
+    fn is_within(&self, corners: [u32; 3], p: DVec3) -> bool {
+        let [a, b, c] = corners.map(|v| self.complex.at(v));
+        let normal = (b - a).cross(c - a);
+        let share = |p: DVec3, q: DVec3| (q - p).cross(normal);
+        let over = |from: DVec3, to: DVec3, apex: DVec3| {
+            let inward = -share(from, to);
+            inward.dot(p - from) > AT_CORNER * inward.dot(apex - from)
+        };
+        over(a, b, c) && over(b, c, a) && over(c, a, b)
     }
 
     /// Marks the edges along creases.
@@ -315,7 +414,30 @@ impl Cutter<'_> {
                 creases.insert(edge(a, b), Line::Crease);
             }
         }
+        self.drop_shortcuts(&mut creases);
         self.complex.into_mesh_with(&self.vertices, creases)
+    }
+
+    /// Of a triangle with three creased edges the longest is a shortcut.
+    fn drop_shortcuts(&self, creases: &mut FxHashMap<(u32, u32), Line>) {
+        let mut shortcuts = Vec::new();
+        for t in 0..self.complex.triangle_count() as u32 {
+            let Some(c) = self.complex.corners(t) else {
+                continue;
+            };
+            let edges = [0, 1, 2].map(|k| edge(c[k], c[(k + 1) % 3]));
+            if edges.iter().all(|e| creases.contains_key(e)) {
+                let length = |e: &(u32, u32)| self.complex.at(e.0).distance(self.complex.at(e.1));
+                shortcuts.extend(
+                    edges
+                        .into_iter()
+                        .max_by(|e, f| length(e).total_cmp(&length(f))),
+                );
+            }
+        }
+        for shortcut in shortcuts {
+            creases.remove(&shortcut);
+        }
     }
 
     /// Whether the two triangles of an edge lie on the two sides of a crease:

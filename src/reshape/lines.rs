@@ -14,6 +14,8 @@ pub(super) struct Course {
     kind: Option<Line>,
     /// Its traced vertices in order; a loop repeats its first at the end.
     vertices: Vec<RawVertex>,
+    /// Their numbers at the time of tracing.
+    numbers: Vec<u32>,
     /// Length along it at each of them, from 0.
     at: Vec<f64>,
     /// Vertex numbers of its two ends; the same of a loop.
@@ -81,6 +83,7 @@ impl Lines {
         self.courses.push(Course {
             kind,
             ends: [start, here],
+            numbers: path.clone(),
             vertices: path.iter().map(|&v| vertices[v as usize].clone()).collect(),
             at,
         });
@@ -124,6 +127,39 @@ impl Lines {
             }
         }
         [s, t]
+    }
+
+    /// Vertices where lines turn by more than `angle` (radians) within `width`,
+    /// the sharpest of those near each other.
+    pub(super) fn corners(&self, width: f64, angle: f64) -> Vec<u32> {
+        let mut corners = Vec::new();
+        for course in &self.courses {
+            let turns = course.turns(width.min(0.25 * course.length()));
+            for n in 0..turns.len() {
+                let from = course.at.partition_point(|&s| s <= course.at[n] - width);
+                let to = course.at.partition_point(|&s| s < course.at[n] + width);
+                let sharper =
+                    (from..to).any(|m| turns[m] > turns[n] || (turns[m] == turns[n] && m < n));
+                if turns[n] > angle && !sharper {
+                    corners.push(course.numbers[n]);
+                }
+            }
+        }
+        corners
+    }
+
+    /// Curvature of the lines at vertices inside them.
+    pub(super) fn bends(&self, complex: &Complex, width: f64) -> Vec<(u32, f64)> {
+        let mut bends = Vec::new();
+        for course in &self.courses {
+            let width = width.min(0.25 * course.length());
+            for (turn, &v) in course.turns(width).into_iter().zip(&course.numbers) {
+                if complex.rank(v) == Rank::Line && turn > 0.0 {
+                    bends.push((v, turn / width));
+                }
+            }
+        }
+        bends
     }
 
     /// Notes that an edge was split by a vertex at a place of its line.
@@ -174,24 +210,15 @@ impl Course {
     }
 
     /// The exact point of the line nearest to a place along it; the point of
-    /// the traced polyline where no exact one is found.
-    pub(super) fn point(&self, place: f64, projector: &Projector) -> RawVertex {
+    /// the traced polyline, and true, where no exact one is found.
+    pub(super) fn point(&self, place: f64, projector: &Projector) -> (RawVertex, bool) {
         let length = self.length();
         let place = if place > length {
             place - length
         } else {
             place
         };
-        let after = self
-            .at
-            .partition_point(|&s| s < place)
-            .clamp(1, self.at.len() - 1);
-        let [s, t] = [self.at[after - 1], self.at[after]];
-        let share = if t > s {
-            ((place - s) / (t - s)).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
+        let (after, share) = self.segment(place);
         let [from, to] = [&self.vertices[after - 1], &self.vertices[after]];
         let way = to.at - from.at;
         let mut hints = if share < 0.5 {
@@ -209,26 +236,33 @@ impl Course {
             let along = way.try_normalize()?;
             projector.on_line(kind, hints.at, along, &hints, 0.25 * way.length())
         });
-        exact.unwrap_or_else(|| {
-            let nearer = if share < 0.5 { from } else { to };
-            RawVertex {
-                at: from.at.lerp(to.at, share),
-                ..nearer.clone()
+        match exact {
+            Some(vertex) => (vertex, false),
+            None => {
+                let nearer = if share < 0.5 { from } else { to };
+                let at = from.at.lerp(to.at, share);
+                (
+                    RawVertex {
+                        at,
+                        ..nearer.clone()
+                    },
+                    true,
+                )
             }
-        })
+        }
     }
 
-    /// Middle point and direction of the polyline, a window of `width` long at
-    /// each vertex inside: the turn there, degrees.
-    pub(super) fn turns(&self, width: f64) -> Vec<f64> {
+    /// The turn of the polyline at each of its vertices, radians, between the
+    /// ways to it from `width` before and on to `width` after it.
+    fn turns(&self, width: f64) -> Vec<f64> {
+        let (length, closed) = (self.length(), self.ends[0] == self.ends[1]);
         let at = |place: f64| -> DVec3 {
-            let place = place.clamp(0.0, self.length());
-            let after = self
-                .at
-                .partition_point(|&s| s < place)
-                .clamp(1, self.at.len() - 1);
-            let [s, t] = [self.at[after - 1], self.at[after]];
-            let share = if t > s { (place - s) / (t - s) } else { 0.0 };
+            let place = if closed {
+                place.rem_euclid(length)
+            } else {
+                place.clamp(0.0, length)
+            };
+            let (after, share) = self.segment(place);
             self.vertices[after - 1]
                 .at
                 .lerp(self.vertices[after].at, share)
@@ -236,10 +270,21 @@ impl Course {
         (0..self.at.len())
             .map(|n| {
                 let here = self.vertices[n].at;
-                let (back, on) = (here - at(self.at[n] - width), at(self.at[n] + width) - here);
-                back.angle_between(on).to_degrees()
+                let back = here - at(self.at[n] - width);
+                let on = at(self.at[n] + width) - here;
+                let turn = back.angle_between(on);
+                if turn.is_finite() { turn } else { 0.0 }
             })
-            .map(|turn| if turn.is_finite() { turn } else { 0.0 })
             .collect()
+    }
+
+    /// The segment that holds a place, as the number of its later vertex, and
+    /// the share of it before the place.
+    fn segment(&self, place: f64) -> (usize, f64) {
+        let last = self.at.len() - 1;
+        let after = self.at.partition_point(|&s| s < place).clamp(1, last);
+        let [s, t] = [self.at[after - 1], self.at[after]];
+        let share = if t > s { (place - s) / (t - s) } else { 0.0 };
+        (after, share.clamp(0.0, 1.0))
     }
 }

@@ -148,8 +148,8 @@ impl<'a> Projector<'a> {
     }
 
     /// The point of a line in the plane through `guess` across `along`, at
-    /// most `reach` away; `None` where the line has no exact description
-    /// ([`Line::FadingBorder`]) or is not found.
+    /// most `reach` away. A fading border has no exact place within its sheet:
+    /// of it the point of the sheet nearest to the guess.
     pub fn on_line(
         &self,
         line: Line,
@@ -196,7 +196,7 @@ impl<'a> Projector<'a> {
                 }
                 None
             }
-            Line::FadingBorder | Line::Sheet => None,
+            Line::FadingBorder | Line::Sheet => self.on_sheet(guess, &hints.walls, reach),
         }
     }
 

@@ -41,8 +41,10 @@ use std::time::Instant;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Filters, Grid, GridError, Precision, Work};
+use crate::dual_contour::{self, Filters, Grid, GridError, Work};
 use crate::mesh::TriMesh;
+use crate::settings::cell::{self, BadCell};
+use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
 use solid::SlabSolid;
 
@@ -132,9 +134,9 @@ pub enum RethickenError {
     /// All radii are zero.
     #[error("the thickness is zero everywhere")]
     NoThickness,
-    /// The cell size is not a positive number.
-    #[error("cell size {0} is not a positive length")]
-    BadCell(f64),
+    /// The cell size is no length.
+    #[error(transparent)]
+    BadCell(#[from] BadCell),
     /// The tolerance is not a positive number.
     #[error("tolerance {0} is not a positive length")]
     BadTolerance(f64),
@@ -184,9 +186,7 @@ pub fn rethicken(
     let Settings {
         cell, tolerance, ..
     } = *settings;
-    if !(cell > 0.0 && cell.is_finite()) {
-        return Err(RethickenError::BadCell(cell));
-    }
+    cell::check(cell)?;
     if tolerance.is_nan() || tolerance <= 0.0 {
         return Err(RethickenError::BadTolerance(tolerance));
     }

@@ -19,6 +19,7 @@ use crate::extract::{self, ExtractError, Extraction, extract};
 use crate::field::Field;
 use crate::mesh::{FaceId, Part, TriMesh, self_intersections};
 use crate::rethicken::{self, BallSurface, RethickenError, Rethickened, rethicken};
+use crate::settings::cell::{CellSize, Scale};
 use crate::settings::progress::Progress;
 use crate::walls::{Separation, Walls};
 use overlap::overlap;
@@ -33,9 +34,10 @@ pub use samples::Distances;
 pub struct Settings {
     /// Of the extraction.
     pub extract: extract::Settings,
-    /// Cell of the solid's grid, part units; none for the default of
-    /// [`rethicken::Settings::new`].
-    pub solid_cell: Option<f64>,
+    /// Cell of the solid's grid; by default that of
+    /// [`rethicken::Settings::new`], and a thickness is the median one of the
+    /// mid-surface.
+    pub solid_cell: CellSize,
     /// Most memory for either stage, bytes.
     pub memory_limit: u64,
 }
@@ -122,7 +124,12 @@ pub fn roundtrip(
     let extraction = extract(part, &settings.extract, progress)?;
     let surface = BallSurface::of(&extraction.surface)?;
     let mut solid_settings = rethicken::Settings::new(&surface);
-    solid_settings.cell = settings.solid_cell.unwrap_or(solid_settings.cell);
+    let scale = Scale {
+        auto: Some(solid_settings.cell),
+        thickness: Some(surface.median_thickness()),
+        diagonal: surface.diagonal(),
+    };
+    solid_settings.cell = (settings.solid_cell.resolve(&scale)).map_err(RethickenError::from)?;
     solid_settings.memory_limit = settings.memory_limit;
     let solid = rethicken(&surface, &solid_settings, progress)?;
     progress("compare", 0, 0);

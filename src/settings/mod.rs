@@ -1,5 +1,7 @@
-//! What every engine is told: how fine, how much memory, and whom to tell
-//! where it is.
+//! What every engine is told: how fine, with which numbers, within how much
+//! memory, and whom to tell where it is.
 
+pub mod cell;
 pub mod memory;
+pub mod precision;
 pub mod progress;

@@ -11,10 +11,11 @@ use thiserror::Error;
 
 use super::cage::Cage;
 use super::{Boundary, SubdivideError, tessellate};
-use crate::dual_contour::Precision;
 use crate::field::Field;
 use crate::mesh::{FaceId, Part, PartError, PartOptions, TriMesh, self_intersections};
 use crate::offset::{self, OffsetError, hollowed, offset};
+use crate::settings::cell::{CellSize, Scale};
+use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
 
 /// What to contour, and how finely.
@@ -28,8 +29,9 @@ pub struct ContourSettings {
     pub level: u32,
     /// Rule at the boundary; the surface has to be closed all the same.
     pub boundary: Boundary,
-    /// Edge length of a grid cell; by default so that 256 go along the surface.
-    pub cell: Option<f64>,
+    /// Edge length of a grid cell; by default so that 256 go along the surface,
+    /// and a thickness is that of the wall.
+    pub cell: CellSize,
     /// Numbers that vertices of the inner wall may have.
     pub precision: Precision,
 }
@@ -88,8 +90,13 @@ pub fn contour(
     let flags = vec![false; outer.triangles.len()];
     let (part, _) = Part::new(outer, flags, PartOptions::default())?;
     let automatic = offset::Settings::new(&part, -settings.thickness);
+    let scale = Scale {
+        auto: Some(automatic.cell),
+        thickness: Some(settings.thickness),
+        diagonal: part.bounds().diagonal(),
+    };
     let wall_settings = offset::Settings {
-        cell: settings.cell.unwrap_or(automatic.cell),
+        cell: settings.cell.resolve(&scale).map_err(OffsetError::from)?,
         precision: settings.precision,
         ..automatic
     };

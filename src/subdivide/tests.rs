@@ -502,8 +502,8 @@ fn a_contoured_wall_never_folds() {
             samples: 3,
             level: 1,
             boundary: Boundary::default(),
-            cell: Some(0.4 * thickness),
-            precision: crate::dual_contour::Precision::Double,
+            cell: crate::settings::cell::CellSize::Length(0.4 * thickness),
+            precision: crate::settings::precision::Precision::Double,
         };
         contour(&cage(name), &settings, &|_, _, _| ())
     };

@@ -6,6 +6,7 @@ use smallvec::SmallVec;
 use crate::field::Field;
 use crate::lattice::Lattice;
 use crate::mesh::{Part, PartOptions};
+use crate::settings::progress::Stop;
 use crate::surface::marked::Line;
 use crate::surface::marked::{RawMesh, RawVertex, edge};
 use crate::trace::walk::Tracer;
@@ -156,6 +157,6 @@ pub(crate) fn raw(part: &Part, field: &Field, cell: f64) -> RawMesh {
     let (low, high) = field.bounds();
     let lattice = Lattice::covering(low, high, cell).unwrap();
     let mut tracer = Tracer::new(&walls, lattice);
-    tracer.run(&|_, _, _| ());
+    tracer.run(&|_, _, _| (), &Stop::default()).unwrap();
     tracer.assemble()
 }

@@ -14,8 +14,8 @@
 
 use glam::DVec3;
 
-use crate::dual_contour::Precision;
 use crate::mesh::TriMesh;
+use crate::settings::precision::Precision;
 
 use super::cut::Cut;
 use super::patch::{OnRim, Patch};

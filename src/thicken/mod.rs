@@ -49,8 +49,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Precision, Work};
+use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Work};
 use crate::mesh::{Bounds, TriMesh, self_intersections, weld_exact};
+use crate::settings::cell::{self, BadCell};
+use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
 use patch::Patch;
 use solid::ThickSolid;
@@ -112,9 +114,9 @@ pub enum ThickenError {
     /// The thickness is no positive number.
     #[error("thickness {0} is not a positive length")]
     BadThickness(f64),
-    /// The cell size is not a positive number.
-    #[error("cell size {0} is not a positive length")]
-    BadCell(f64),
+    /// The cell size is no length.
+    #[error(transparent)]
+    BadCell(#[from] BadCell),
     /// The tolerance is not a positive number.
     #[error("tolerance {0} is not a positive length")]
     BadTolerance(f64),
@@ -360,9 +362,7 @@ fn check(settings: &Settings) -> Result<(), ThickenError> {
     if !(thickness > 0.0 && thickness.is_finite()) {
         return Err(ThickenError::BadThickness(thickness));
     }
-    if !(cell > 0.0 && cell.is_finite()) {
-        return Err(ThickenError::BadCell(cell));
-    }
+    cell::check(cell)?;
     if tolerance.is_nan() || tolerance <= 0.0 {
         return Err(ThickenError::BadTolerance(tolerance));
     }

@@ -9,8 +9,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::dual_contour::Precision;
 use crate::mesh::{TriMesh, is_thin, self_intersections};
+use crate::settings::precision::Precision;
 
 use super::patch::{OnRim, Patch};
 

@@ -10,7 +10,7 @@ use crate::extract::Work;
 use crate::field::thickness::{maximal_ball, spread};
 use crate::lattice::{EdgeKey, FaceKey, Lattice, NodeKey, TetKey};
 use crate::mesh::FaceId;
-use crate::settings::progress::Progress;
+use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::marked::Line;
 use crate::surface::marked::{RawMesh, RawVertex, edge};
 use crate::trace::edge::{Crossing, NodeSample, crossings, sample_node};
@@ -58,23 +58,25 @@ impl<'a> Tracer<'a> {
     fn batch<K: Sync + Send + Copy, R: Send>(
         &mut self,
         keys: &[K],
+        stop: &Stop,
         solve: impl Fn(&Tracer, &mut Probe, K) -> R + Sync,
-    ) -> Vec<R> {
+    ) -> Result<Vec<R>, Stopped> {
         let this = &*self;
         let chunks: Vec<(Vec<R>, u64)> = keys
             .par_chunks(16)
             .map(|chunk| {
+                stop.heed()?;
                 let mut probe = Probe::new(this.walls);
                 let out = chunk.iter().map(|&k| solve(this, &mut probe, k)).collect();
-                (out, probe.queries())
+                Ok((out, probe.queries()))
             })
-            .collect();
+            .collect::<Result<_, Stopped>>()?;
         let mut out = Vec::with_capacity(keys.len());
         for (part, queries) in chunks {
             out.extend(part);
             self.found.queries += queries;
         }
-        out
+        Ok(out)
     }
 
     /// Tetrahedra in which the walls' maximal balls have their centres.
@@ -98,13 +100,14 @@ impl<'a> Tracer<'a> {
         tets
     }
 
-    /// Follows the mid-surface from tetrahedron to tetrahedron until nothing is left to follow.
-    pub fn run(&mut self, progress: &Progress) {
+    /// Follows the mid-surface from tetrahedron to tetrahedron until nothing is left to follow,
+    /// or until asked to stop; what was found by then is of no use.
+    pub fn run(&mut self, progress: &Progress, stop: &Stop) -> Result<(), Stopped> {
         let mut frontier = self.seeds();
         while !frontier.is_empty() {
             let done = self.found.tets.len();
             progress("trace", done as u64, (done + frontier.len()) as u64);
-            self.solve_nodes_and_edges(&frontier);
+            self.solve_nodes_and_edges(&frontier, stop)?;
             let mut faces: Vec<FaceKey> = frontier.iter().flat_map(|t| t.faces()).collect();
             faces.sort_unstable();
             faces.dedup();
@@ -112,7 +115,7 @@ impl<'a> Tracer<'a> {
             let mut todo = frontier;
             let mut reached: Vec<FaceKey> = todo.iter().flat_map(|t| t.faces()).collect();
             for _ in 0..24 {
-                let touched = self.solve_faces(faces);
+                let touched = self.solve_faces(faces, stop)?;
                 reached.extend(&touched);
                 // Tetrahedra solved before whose faces changed.
                 for face in &touched {
@@ -124,7 +127,7 @@ impl<'a> Tracer<'a> {
                 }
                 todo.sort_unstable();
                 todo.dedup();
-                faces = self.solve_tets(&todo);
+                faces = self.solve_tets(&todo, stop)?;
                 if faces.is_empty() {
                     break;
                 }
@@ -136,6 +139,7 @@ impl<'a> Tracer<'a> {
             }
             frontier = self.next_frontier(reached);
         }
+        Ok(())
     }
 
     /// Unsolved tetrahedra beside faces that the mid-surface crosses.
@@ -159,7 +163,7 @@ impl<'a> Tracer<'a> {
         next
     }
 
-    fn solve_nodes_and_edges(&mut self, tets: &[TetKey]) {
+    fn solve_nodes_and_edges(&mut self, tets: &[TetKey], stop: &Stop) -> Result<(), Stopped> {
         let mut edges: Vec<EdgeKey> = tets.iter().flat_map(|t| t.edges()).collect();
         edges.sort_unstable();
         edges.dedup();
@@ -169,23 +173,24 @@ impl<'a> Tracer<'a> {
         nodes.dedup();
         nodes.retain(|n| !self.found.nodes.contains_key(n));
         let before = self.found.queries;
-        let samples = self.batch(&nodes, |t, probe, n| {
+        let samples = self.batch(&nodes, stop, |t, probe, n| {
             sample_node(probe, t.lattice.position(n))
-        });
+        })?;
         self.found.nodes.extend(nodes.into_iter().zip(samples));
-        let solved = self.batch(&edges, |t, probe, e| {
+        let solved = self.batch(&edges, stop, |t, probe, e| {
             let [a, b] = e.nodes();
             let ends = [t.lattice.position(a), t.lattice.position(b)];
             crossings(probe, ends, [&t.found.nodes[&a], &t.found.nodes[&b]])
-        });
+        })?;
         self.found.edges_solved += edges.len();
         self.found.edges.extend(edges.into_iter().zip(solved));
         self.found.edge_queries += self.found.queries - before;
+        Ok(())
     }
 
     /// Solves faces, and again those whose edges turn out to have further
     /// vertices. Returns all that were solved.
-    fn solve_faces(&mut self, faces: Vec<FaceKey>) -> Vec<FaceKey> {
+    fn solve_faces(&mut self, faces: Vec<FaceKey>, stop: &Stop) -> Result<Vec<FaceKey>, Stopped> {
         let mut todo = faces;
         let mut touched: FxHashSet<FaceKey> = FxHashSet::default();
         for _ in 0..24 {
@@ -198,7 +203,7 @@ impl<'a> Tracer<'a> {
                 .filter(|e| !self.found.edges.contains_key(e))
                 .collect();
             debug_assert!(missing.is_empty());
-            let solved = self.batch(&todo, |t, probe, f| t.solve_face(probe, f));
+            let solved = self.batch(&todo, stop, |t, probe, f| t.solve_face(probe, f))?;
             let mut grown: Vec<EdgeKey> = Vec::new();
             for (&face, contours) in todo.iter().zip(&solved) {
                 for &(side, crossing) in &contours.found {
@@ -222,7 +227,7 @@ impl<'a> Tracer<'a> {
         }
         let mut touched: Vec<FaceKey> = touched.into_iter().collect();
         touched.sort_unstable();
-        touched
+        Ok(touched)
     }
 
     fn add_crossing(&mut self, edge: EdgeKey, crossing: Crossing) -> bool {
@@ -266,8 +271,8 @@ impl<'a> Tracer<'a> {
     }
 
     /// Solves tetrahedra; returns faces that need solving again.
-    fn solve_tets(&mut self, tets: &[TetKey]) -> Vec<FaceKey> {
-        let solved = self.batch(tets, |t, probe, key| {
+    fn solve_tets(&mut self, tets: &[TetKey], stop: &Stop) -> Result<Vec<FaceKey>, Stopped> {
+        let solved = self.batch(tets, stop, |t, probe, key| {
             let faces = key.faces().map(|f| &t.found.faces[&f]);
             if faces
                 .iter()
@@ -288,7 +293,7 @@ impl<'a> Tracer<'a> {
                 faces,
                 &t.found.edges,
             )
-        });
+        })?;
         let mut faces = Vec::new();
         for surface in &solved {
             for &(face, seed) in &surface.seeds {
@@ -305,7 +310,7 @@ impl<'a> Tracer<'a> {
         faces.dedup();
         // A face of an unsolved neighbour is solved when its turn comes.
         faces.retain(|f| self.found.faces.contains_key(f));
-        faces
+        Ok(faces)
     }
 
     /// Counts of the work done; times and cell size are the caller's.

@@ -2,7 +2,8 @@
 //! every vertex is equally far from its walls and borders lie on coping.
 
 use glam::DVec3;
-use midsurf::extract::{Cell, Extraction, Settings, extract};
+use midsurf::CellSize;
+use midsurf::extract::{Extraction, Settings, extract};
 use midsurf::field::Field;
 use midsurf::mesh::{Part, PartOptions};
 use midsurf::surface::VertexKind;
@@ -19,7 +20,7 @@ fn part(name: &str) -> Part {
 
 fn run(part: &Part, cell: f64) -> Extraction {
     let settings = Settings {
-        cell: Cell::Length(cell),
+        cell: CellSize::Length(cell),
         ..Settings::default()
     };
     extract(part, &settings, &|_, _, _| ()).unwrap()

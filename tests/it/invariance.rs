@@ -2,8 +2,10 @@
 //! translation, scale, order of triangles, number of threads.
 
 use glam::{DMat3, DVec3};
-use midsurf::extract::{Cell, Extraction, Settings, extract};
+use midsurf::CellSize;
+use midsurf::extract::{ExtractError, Extraction, Settings, extract, extract_until};
 use midsurf::mesh::{Part, PartOptions, TriMesh};
+use midsurf::settings::progress::Stop;
 
 use crate::common::fixture_part;
 
@@ -81,7 +83,7 @@ fn changed(mesh: &TriMesh, coping: &[bool], change: &Change) -> Part {
 
 fn run(part: &Part, cell: f64) -> Extraction {
     let settings = Settings {
-        cell: Cell::Length(cell),
+        cell: CellSize::Length(cell),
         ..Settings::default()
     };
     extract(part, &settings, &|_, _, _| ()).unwrap()
@@ -223,4 +225,25 @@ fn bytes_do_not_depend_on_threads() {
     };
     let one = on(1);
     assert!(one == on(2) && one == on(5));
+}
+
+/// Work that is asked to stop ends without a result, wherever it is.
+#[test]
+fn an_extraction_can_be_stopped_at_any_stage() {
+    let (mesh, flags) = fixture_part("tee");
+    let (part, _) = Part::new(mesh, flags, PartOptions::default()).unwrap();
+    let settings = Settings::default();
+    for stage in ["field", "trace", "mesh"] {
+        let stop = Stop::default();
+        let seen = std::sync::atomic::AtomicBool::new(false);
+        let progress = |at: &'static str, _, _| {
+            if at == stage {
+                seen.store(true, std::sync::atomic::Ordering::Relaxed);
+                stop.ask();
+            }
+        };
+        let result = extract_until(&part, &settings, &progress, &stop);
+        assert!(matches!(result, Err(ExtractError::Stopped)), "{stage}");
+        assert!(seen.into_inner(), "{stage}");
+    }
 }

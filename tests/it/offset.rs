@@ -2,10 +2,11 @@
 //! commands.
 
 use glam::DVec3;
-use midsurf::dual_contour::{GridError, Precision};
+use midsurf::dual_contour::GridError;
 use midsurf::mesh::{Part, PartOptions, TriMesh, self_intersections};
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, hollowed, offset};
 use midsurf::settings::memory::TooFine;
+use midsurf::settings::precision::Precision;
 use serde_json::Value;
 
 use crate::common::{Desk, cuboid, fixture, inverted, join, obj_text, text};

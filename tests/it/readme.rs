@@ -23,7 +23,8 @@ fn block(readme: &str, language: &str) -> Vec<String> {
 /// The README's example of library use, word for word.
 #[rustfmt::skip]
 fn example() -> Result<MidSurface, Box<dyn std::error::Error>> {
-    use midsurf::extract::{Cell, Settings, extract};
+    use midsurf::CellSize;
+    use midsurf::extract::{Settings, extract};
     use midsurf::io::read_mesh;
     use midsurf::mesh::{Part, PartOptions};
     use midsurf::coping::read_tags;
@@ -31,7 +32,7 @@ fn example() -> Result<MidSurface, Box<dyn std::error::Error>> {
     let loaded = read_mesh("fixtures/tee.obj")?;
     let coping = read_tags("fixtures/tee.coping.txt", &loaded, "fixtures/tee.obj".as_ref())?;
     let (part, _warnings) = Part::new(loaded.mesh, coping.flags, PartOptions::default())?;
-    let settings = Settings { cell: Cell::Thicknesses(1.0), ..Settings::default() };
+    let settings = Settings { cell: CellSize::Thicknesses(1.0), ..Settings::default() };
     let result = extract(&part, &settings, &|_stage, _done, _expected| ())?;
     println!("{} sheets, {} cracks", result.surface.sheet_count, result.cracks.len());
     Ok(result.surface)

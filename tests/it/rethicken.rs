@@ -1,7 +1,8 @@
 //! Mid-surfaces back to solids, through the library and the command.
 
 use glam::DVec3;
-use midsurf::extract::{Cell, Settings as ExtractSettings, extract};
+use midsurf::CellSize;
+use midsurf::extract::{Settings as ExtractSettings, extract};
 use midsurf::io::write::{SurfaceFormat, SurfaceOptions, write_surface};
 use midsurf::io::{RadiusSource, read_mesh, read_surface};
 use midsurf::mesh::{EdgeUses, Part, PartOptions, TriMesh, self_intersections};
@@ -22,10 +23,10 @@ fn part(name: &str) -> Part {
 fn roundtrip(name: &str, cell: f64, solid_cell: f64) -> Comparison {
     let settings = roundtrip::Settings {
         extract: ExtractSettings {
-            cell: Cell::Thicknesses(cell),
+            cell: CellSize::Thicknesses(cell),
             ..ExtractSettings::default()
         },
-        solid_cell: Some(solid_cell),
+        solid_cell: CellSize::Length(solid_cell),
         memory_limit: 1 << 30,
     };
     let result = roundtrip::roundtrip(&part(name), &settings, &|_, _, _| ()).unwrap();

@@ -1,7 +1,8 @@
 //! The non-manifold result as text: sheets, seams with their ends, borders,
 //! junctions. A change here is a change of topology or of where things lie.
 
-use midsurf::extract::{Cell, Settings, extract};
+use midsurf::CellSize;
+use midsurf::extract::{Settings, extract};
 use midsurf::io::{MeshFormat, read_mesh_bytes};
 use midsurf::mesh::{Part, PartOptions};
 use midsurf::surface::listing::listing;
@@ -10,7 +11,7 @@ use crate::common::fixture_part;
 
 fn listed(part: &Part, cell: f64) -> String {
     let settings = Settings {
-        cell: Cell::Length(cell),
+        cell: CellSize::Length(cell),
         ..Settings::default()
     };
     let result = extract(part, &settings, &|_, _, _| ()).unwrap();
@@ -131,7 +132,7 @@ fn fins_are_kept_on_demand() {
     let (mesh, coping) = fixture_part("ell");
     let part = Part::new(mesh, coping, PartOptions::default()).unwrap().0;
     let settings = Settings {
-        cell: Cell::Length(2.0),
+        cell: CellSize::Length(2.0),
         keep_fins: true,
         ..Settings::default()
     };

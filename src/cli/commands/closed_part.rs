@@ -6,12 +6,11 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::dual_contour::Work;
-use midsurf::extract::Cell;
 use midsurf::mesh::{PartOptions, TriMesh};
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
+use midsurf::settings::cell::{CellSize, Scale};
 use serde_json::{Value, json};
 
-use crate::cli::shared::cell::CellSize;
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
@@ -149,17 +148,12 @@ pub(crate) fn run(
 impl ClosedPartArgs {
     fn settings(&self, input: &Input, distance: f64) -> Result<Settings, Failure> {
         let mut settings = Settings::new(&input.part, distance);
-        settings.cell = match self.cell.0 {
-            Cell::Auto => settings.cell,
-            Cell::Length(length) => length,
-            Cell::Percent(percent) => 0.01 * percent * input.part.bounds().diagonal(),
-            Cell::Thicknesses(_) => {
-                return Err(Failure::usage(
-                    "a cell size in wall thicknesses means nothing here",
-                    "give --cell a length, or a share of the diagonal as 0.5%",
-                ));
-            }
+        let scale = Scale {
+            auto: Some(settings.cell),
+            thickness: None,
+            diagonal: input.part.bounds().diagonal(),
         };
+        settings.cell = self.cell.resolve(&scale).map_err(Failure::input)?;
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }

@@ -8,12 +8,13 @@ use std::time::Instant;
 use midsurf::extract::{DEFAULT_ANGLE, Settings, extract};
 use midsurf::io::write::{Staged, SurfaceOptions, files_for, stage_surface};
 use midsurf::mesh::PartOptions;
+use midsurf::settings::cell::CellSize;
 use midsurf::surface::MidSurface;
 use midsurf::surface::listing::listing;
 
 use super::extract_report::{Report, Seconds};
-use crate::cli::shared::cell::CellSize;
 use crate::cli::shared::console::say;
+use crate::cli::shared::elements::ElementArgs;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
@@ -86,6 +87,8 @@ pub(crate) struct Args {
     /// Merge vertices of the part within this distance
     #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) weld: Option<f64>,
+    #[command(flatten)]
+    pub(crate) elements: ElementArgs,
     #[command(flatten)]
     pub(crate) memory: MemoryArgs,
     /// Write seams and borders into OBJ files too, as lines
@@ -162,10 +165,11 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 impl Args {
     fn settings(&self) -> Settings {
         Settings {
-            cell: self.cell.0,
+            cell: self.cell,
             min_angle: self.angle,
             keep_fins: self.keep_fins,
             memory_limit: self.memory.memory_limit.0,
+            elements: self.elements.settings(),
         }
     }
 }

@@ -36,7 +36,7 @@ pub(crate) struct Seconds {
 impl Seconds {
     /// Seconds of the extraction's stages.
     pub(crate) fn of_work(work: &Work) -> f64 {
-        work.field_seconds + work.trace_seconds + work.mesh_seconds
+        work.field_seconds + work.trace_seconds + work.mesh_seconds + work.remesh_seconds
     }
 }
 
@@ -115,6 +115,7 @@ impl Report {
                 "field": work.field_seconds,
                 "trace": work.trace_seconds,
                 "mesh": work.mesh_seconds,
+                "remesh": work.remesh_seconds,
                 "write": self.seconds.write,
                 "total": self.seconds.total,
             },
@@ -222,6 +223,7 @@ impl Report {
             ("field", work.field_seconds),
             ("trace", work.trace_seconds),
             ("mesh", work.mesh_seconds),
+            ("remesh", work.remesh_seconds),
             ("write", self.seconds.write),
         ];
         let stages = stages

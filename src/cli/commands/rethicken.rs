@@ -4,13 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::extract::Cell;
 use midsurf::io::{LoadedSurface, RadiusSource, read_surface};
 use midsurf::rethicken::{RethickenError, RethickenWarning, Settings, rethicken};
+use midsurf::settings::cell::{CellSize, Scale};
 use serde_json::json;
 
 use super::closed_part::work_json;
-use crate::cli::shared::cell::CellSize;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, print_warnings, read_warning};
 use crate::cli::shared::memory::{MemoryArgs, peak};
@@ -80,7 +79,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let loaded = read_surface(&args.surface, args.thickness.as_deref(), args.round_borders)
         .map_err(Failure::input)?;
     let read_seconds = start.elapsed().as_secs_f64();
-    let settings = args.settings(&loaded);
+    let settings = args.settings(&loaded)?;
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result = rethicken(&loaded.surface, &settings, &show)
         .map_err(|error| failure(&error, &args.surface))?;
@@ -147,18 +146,18 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 }
 
 impl Args {
-    fn settings(&self, loaded: &LoadedSurface) -> Settings {
+    fn settings(&self, loaded: &LoadedSurface) -> Result<Settings, Failure> {
         let mut settings = Settings::new(&loaded.surface);
-        settings.cell = match self.cell.0 {
-            Cell::Auto => settings.cell,
-            Cell::Length(length) => length,
-            Cell::Percent(percent) => 0.01 * percent * loaded.surface.diagonal(),
-            Cell::Thicknesses(factor) => factor * loaded.surface.median_thickness(),
+        let scale = Scale {
+            auto: Some(settings.cell),
+            thickness: Some(loaded.surface.median_thickness()),
+            diagonal: loaded.surface.diagonal(),
         };
+        settings.cell = self.cell.resolve(&scale).map_err(Failure::input)?;
         settings.tolerance = self.tolerance.unwrap_or(settings.tolerance);
         settings.memory_limit = self.memory.memory_limit.0;
         settings.precision = self.solid.precision();
-        settings
+        Ok(settings)
     }
 }
 

@@ -10,11 +10,11 @@ use midsurf::mesh::PartOptions;
 use midsurf::roundtrip::{
     Comparison, RoundTrip, RoundTripError, Settings, deviation_map, roundtrip,
 };
+use midsurf::settings::cell::CellSize;
 use serde_json::json;
 
 use super::closed_part::work_json;
 use super::rethicken::{self, explain};
-use crate::cli::shared::cell::CellSize;
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
@@ -69,9 +69,14 @@ pub(crate) struct Args {
         allow_negative_numbers = true
     )]
     angle: f64,
-    /// Cell length of the solid [default: a quarter of the least thickness]
-    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
-    solid_cell: Option<f64>,
+    /// Cell size of the solid: a length, `0.2t` (of the median thickness), `1%` (of the diagonal), or auto (a quarter of the least thickness)
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "auto",
+        allow_negative_numbers = true
+    )]
+    solid_cell: CellSize,
     /// Write the part painted with its deviation (.ply)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -108,10 +113,11 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut input = Input::read(&args.part, args.coping.as_deref(), options)?;
     let settings = Settings {
         extract: extract::Settings {
-            cell: args.cell.0,
+            cell: args.cell,
             min_angle: args.angle,
             keep_fins: false,
             memory_limit: args.memory.memory_limit.0,
+            elements: None,
         },
         solid_cell: args.solid_cell,
         memory_limit: args.memory.memory_limit.0,

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use midsurf::io::write::Shade;
 use midsurf::io::{ControlMesh, Place, read_control};
+use midsurf::settings::cell::CellSize;
 use midsurf::subdivide::{
     Boundary, Cage, ContourError, ContourSettings, FoldFree, HollowSolid, Level, MOST_LEVELS,
     MOST_SAMPLES, Scheme, Settings, SubdivideError, Trial, contour, hollow_out, interpolate,
@@ -71,9 +72,14 @@ pub(crate) struct Args {
     /// How the inner surface follows from the outer one
     #[arg(long, value_enum, default_value_t = SchemeName::Crust)]
     scheme: SchemeName,
-    /// Cell of --scheme contour's grid [default: 256 along the surface]
-    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
-    cell: Option<f64>,
+    /// Cell size of --scheme contour's grid: a length, `0.5t` (wall thicknesses), `1%` (of the diagonal), or auto (256 cells along the surface)
+    #[arg(
+        long,
+        value_name = "SIZE",
+        default_value = "auto",
+        allow_negative_numbers = true
+    )]
+    cell: CellSize,
     /// What becomes of boundary vertices of a single face: held, or smoothed
     #[arg(long, value_enum, default_value_t = BoundaryName::Corner)]
     boundary: BoundaryName,

@@ -5,13 +5,12 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::ValueEnum;
-use midsurf::dual_contour::Precision;
-use midsurf::extract::Cell;
 use midsurf::mesh::TriMesh;
+use midsurf::settings::cell::{CellSize, Scale};
+use midsurf::settings::precision::Precision;
 use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
 use serde_json::{Value, json};
 
-use crate::cli::shared::cell::CellSize;
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, load, print_warnings};
@@ -164,12 +163,12 @@ impl Args {
             SideArg::Outer => Side::Outer,
         };
         let mut settings = Settings::new(self.thickness, side);
-        settings.cell = match self.cell.0 {
-            Cell::Auto => settings.cell,
-            Cell::Length(length) => length,
-            Cell::Percent(percent) => 0.01 * percent * surface.bounds().diagonal(),
-            Cell::Thicknesses(share) => share * self.thickness,
+        let scale = Scale {
+            auto: Some(settings.cell),
+            thickness: Some(self.thickness),
+            diagonal: surface.bounds().diagonal(),
         };
+        settings.cell = self.cell.resolve(&scale).map_err(Failure::input)?;
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }

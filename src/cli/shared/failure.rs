@@ -56,6 +56,7 @@ impl Failure {
                 "`midsurf tags PART TAGS` shows what is tagged; --cell takes a length"
             }
             ExtractError::TooFine(_) => TOO_FINE,
+            ExtractError::Stopped => "start again",
         };
         Failure::input(Explained {
             message: format!("{}: {error}", file.display()),

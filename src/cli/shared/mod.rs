@@ -1,7 +1,7 @@
 //! What commands share: flags, numbers, input, output, and what they say.
 
-pub(crate) mod cell;
 pub(crate) mod console;
+pub(crate) mod elements;
 pub(crate) mod failure;
 pub(crate) mod input;
 pub(crate) mod memory;

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use midsurf::dual_contour::Precision;
 use midsurf::io::write::{Shade, SolidFormat, Staged, stage_solid};
 use midsurf::mesh::TriMesh;
+use midsurf::settings::precision::Precision;
 
 use super::console::say;
 use super::failure::Failure;

@@ -1,0 +1,45 @@
+//! Flags for the elements of a shell model.
+
+use midsurf::reshape::ElementSettings;
+use midsurf::reshape::remesh::Settings;
+use midsurf::settings::cell::CellSize;
+
+use super::numbers::positive;
+
+/// What elements are wanted.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub(crate) struct ElementArgs {
+    /// Remesh to this edge length: a length, `2t` (wall thicknesses) or `1%` (of the diagonal)
+    #[arg(long, value_name = "SIZE", allow_negative_numbers = true)]
+    pub(crate) element_size: Option<CellSize>,
+    /// How far edges may run beside curved walls and borders, as --element-size
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value_t = CellSize::Thicknesses(Settings::SAG),
+        requires = "element_size",
+        allow_negative_numbers = true
+    )]
+    pub(crate) sag: CellSize,
+    /// Growth of edges away from fine places, by length
+    #[arg(
+        long,
+        value_name = "RATE",
+        default_value_t = Settings::GRADING,
+        value_parser = positive,
+        requires = "element_size",
+        allow_negative_numbers = true
+    )]
+    pub(crate) grading: f64,
+}
+
+impl ElementArgs {
+    /// The elements wanted; none for the mesh as it is.
+    pub(crate) fn settings(&self) -> Option<ElementSettings> {
+        self.element_size.map(|size| ElementSettings {
+            size,
+            sag: self.sag,
+            grading: self.grading,
+        })
+    }
+}

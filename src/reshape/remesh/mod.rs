@@ -1,0 +1,171 @@
+//! Remeshing to an element size.
+//!
+//! Edges are split, contracted and flipped and vertices moved until edges have
+//! their target lengths ([`size`](super::size)) and triangles good angles
+//! (Botsch and Kobbelt, "A remeshing approach to multiresolution modeling",
+//! 2004). We deviate in this: seams, borders and creases are divided once and
+//! shared by all their sheets, so the result conforms; every vertex is put back
+//! onto the exact mid-surface by its footpoints ([`project`](super::project)),
+//! not onto the mesh given; and an edit must keep the topology, the direction
+//! of each triangle and, within [`Settings::sag`], the place of the surface.
+//!
+//! # What is promised
+//!
+//! - The result is homeomorphic to the mesh given, lines to lines and corners
+//!   to corners: no crack, no fold.
+//! - The same mesh and settings give the same result, bit for bit.
+//!
+//! # What is not
+//!
+//! - Good angles where lines themselves meet at small ones, or run closer
+//!   together than [`Settings::grading`] can make up for.
+
+mod edits;
+mod relax;
+
+use serde::Serialize;
+
+use super::complex::{Complex, Rank};
+use super::lines::Lines;
+use super::project::Projector;
+use super::size::sizes;
+use crate::surface::marked::{RawMesh, RawVertex};
+
+/// How fine, and how true to the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Edge length wanted, part units.
+    pub size: f64,
+    /// How far edges may run beside a curved wall or line, part units.
+    pub sag: f64,
+    /// Growth of edges away from fine places, by length.
+    pub grading: f64,
+}
+
+impl Settings {
+    /// Default of [`Settings::grading`]: edges grow by two fifths from one to the next.
+    pub const GRADING: f64 = 0.4;
+
+    /// Default of [`Settings::sag`], in wall thicknesses: a little more than
+    /// the eighth of a thickness by which a sheet dips towards a seam, which
+    /// is not to be resolved.
+    pub const SAG: f64 = 0.15;
+}
+
+/// What was done, and what could not be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Edits {
+    /// Edges split.
+    pub split: usize,
+    /// Edges contracted.
+    pub contracted: usize,
+    /// Edges flipped.
+    pub flipped: usize,
+    /// Vertices that lie on a chord, as no exact point was found for them.
+    pub chords: usize,
+}
+
+/// Rounds of splitting, contracting, flipping and moving.
+const ROUNDS: usize = 6;
+
+/// Rounds that better what is poor after that.
+const POLISH: usize = 4;
+
+/// A line has a corner where it turns by more, degrees.
+const CORNER: f64 = 30.0;
+
+/// Turns within this share of the element size count as one corner.
+const CORNER_WIDTH: f64 = 0.1;
+
+/// Remeshes towards an element size.
+pub fn remesh(mesh: &RawMesh, projector: &Projector, settings: &Settings) -> (RawMesh, Edits) {
+    let mut remesher = Remesher::new(mesh, projector, settings);
+    for _ in 0..ROUNDS {
+        remesher.contract_short();
+        remesher.split_long();
+        remesher.flip_poor();
+        remesher.relax();
+    }
+    for _ in 0..POLISH {
+        remesher.contract_poor();
+        remesher.flip_poor();
+        remesher.relax();
+        remesher.nudge_poor();
+    }
+    remesher.finish()
+}
+
+/// A mesh being remeshed.
+struct Remesher<'a> {
+    complex: Complex,
+    vertices: Vec<RawVertex>,
+    /// Whether a vertex lies on a chord only.
+    chord: Vec<bool>,
+    /// Target edge length at each vertex.
+    size: Vec<f64>,
+    lines: Lines,
+    projector: &'a Projector<'a>,
+    sag: f64,
+    edits: Edits,
+}
+
+impl<'a> Remesher<'a> {
+    fn new(mesh: &RawMesh, projector: &'a Projector, settings: &Settings) -> Remesher<'a> {
+        let mut complex = Complex::new(mesh);
+        let angle = CORNER.to_radians();
+        for v in Lines::new(&complex, &mesh.vertices).corners(CORNER_WIDTH * settings.size, angle) {
+            complex.pin(v);
+        }
+        let lines = Lines::new(&complex, &mesh.vertices);
+        let size = sizes(&complex, &mesh.vertices, &lines, projector, settings);
+        Remesher {
+            vertices: mesh.vertices.clone(),
+            chord: vec![false; mesh.vertices.len()],
+            size,
+            lines,
+            complex,
+            projector,
+            sag: settings.sag,
+            edits: Edits::default(),
+        }
+    }
+
+    fn finish(mut self) -> (RawMesh, Edits) {
+        let used = |v: u32| !self.complex.around(v).is_empty();
+        let chords = (0..self.vertices.len()).filter(|&v| self.chord[v] && used(v as u32));
+        self.edits.chords = chords.count();
+        (self.complex.into_mesh(&self.vertices), self.edits)
+    }
+
+    fn length(&self, a: u32, b: u32) -> f64 {
+        self.complex.at(a).distance(self.complex.at(b))
+    }
+
+    /// Length of an edge against the one wanted there.
+    fn ratio(&self, a: u32, b: u32) -> f64 {
+        let wanted = 0.5 * (self.size[a as usize] + self.size[b as usize]);
+        self.length(a, b) / wanted
+    }
+
+    /// Puts a vertex to its new place.
+    fn settle(&mut self, v: u32, vertex: RawVertex, chord: bool) {
+        self.complex.put(v, vertex.at);
+        self.vertices[v as usize] = vertex;
+        self.chord[v as usize] = chord;
+    }
+
+    /// Whether a vertex moves along a line, and on which.
+    fn line_at(&self, v: u32) -> Option<(u32, [u32; 2])> {
+        if self.complex.rank(v) != Rank::Line {
+            return None;
+        }
+        let [a, b] = self.complex.line_through(v)?;
+        Some((self.lines.of_edge(v, a)?, [a, b]))
+    }
+
+    /// The point of a line at a place, and whether it is on a chord only.
+    fn line_point(&self, line: u32, place: f64) -> (RawVertex, bool) {
+        let course = self.lines.course(line);
+        course.point(place, self.projector)
+    }
+}
