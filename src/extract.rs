@@ -2,25 +2,28 @@
 
 use std::time::Instant;
 
+use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::check::closed_over::{ClosedOver, closed_over};
 use crate::field::Field;
 use crate::field::thickness::ThicknessProfile;
 use crate::lattice::Lattice;
-use crate::mesh::Part;
+use crate::mesh::{Frame, Part};
 use crate::reshape::ElementSettings;
 use crate::reshape::clean;
 use crate::reshape::crease::mark_creases;
 use crate::reshape::project::Projector;
 use crate::reshape::remesh::{self, remesh};
 use crate::settings::cell::{BadCell, CellSize, Scale};
-use crate::settings::memory::TooFine;
+use crate::settings::memory::{MEMORY_LIMIT, TooFine};
 use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::MidSurface;
-use crate::surface::graph;
-use crate::surface::graph::{Crack, SheetGraph};
-use crate::trace::walk::Tracer;
+use crate::surface::build::build;
+use crate::surface::graph::SheetGraph;
+use crate::trace::feet;
+use crate::trace::walk::{Counts, Tracer};
 use crate::walls::{Separation, Walls};
 
 /// What to extract and how finely.
@@ -44,7 +47,7 @@ impl Default for Settings {
             cell: CellSize::Auto,
             min_angle: DEFAULT_ANGLE,
             keep_fins: false,
-            memory_limit: 8 << 30,
+            memory_limit: MEMORY_LIMIT,
             elements: None,
         }
     }
@@ -63,21 +66,26 @@ const KEPT_FIN_ANGLE: f64 = 40.0;
 const BYTES_PER_CELL: f64 = 7000.0;
 
 /// Why nothing could be extracted.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ExtractError {
     /// The cell size is no length.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     BadCell(BadCell),
     /// No wall of the part faces another.
     #[error(
         "no wall faces another wall: the wall thickness is unknown; give a cell size, and check the coping tags"
     )]
+    #[diagnostic(help("`midsurf tags PART TAGS` shows what is tagged; --cell takes a length"))]
     NoThickness,
     /// The lattice would not fit.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     TooFine(#[from] TooFine),
     /// It was asked to stop; see [`extract_until`].
     #[error("stopped on request")]
+    #[diagnostic(help("start again"))]
     Stopped,
 }
 
@@ -92,24 +100,9 @@ impl From<Stopped> for ExtractError {
 pub struct Work {
     /// Cell size used, part units.
     pub cell: f64,
-    /// Lattice cells that hold a piece of the mid-surface.
-    pub cells: usize,
-    /// Tetrahedra solved.
-    pub tetrahedra: usize,
-    /// Faces solved.
-    pub faces: usize,
-    /// Lattice edges solved.
-    pub edges: usize,
-    /// Closest-point queries in all.
-    pub queries: u64,
-    /// Closest-point queries a lattice edge, its nodes included.
-    pub queries_per_edge: f64,
-    /// Places where a follower could not go on; they show as cracks unless
-    /// they closed otherwise.
-    pub lost: usize,
-    /// Loops closed by matching what was left open, where a curve was lost or
-    /// a sheet stops being one on the way.
-    pub matched: usize,
+    /// What the lattice walk took.
+    #[serde(flatten)]
+    pub counts: Counts,
     /// Building the field.
     pub field_seconds: f64,
     /// Following the mid-surface.
@@ -129,8 +122,8 @@ pub struct Extraction {
     pub surface: MidSurface,
     /// Sheets, seams, borders and junctions.
     pub graph: SheetGraph,
-    /// Edges that end without a border: something is missing there.
-    pub cracks: Vec<Crack>,
+    /// Coping faces that no border reached: features closed over.
+    pub closed_over: Vec<ClosedOver>,
     /// What it took.
     pub work: Work,
 }
@@ -156,6 +149,9 @@ pub fn extract_until(
 ) -> Result<Extraction, ExtractError> {
     let start = Instant::now();
     progress("field", 0, 0);
+    let frame = Frame::around(&part.bounds());
+    let whole = part;
+    let part = &*part.in_frame(frame);
     let field = Field::new(part);
     let profile = ThicknessProfile::measure(&field, 2000);
     let cell = cell_size(part, &profile, settings)?;
@@ -169,23 +165,26 @@ pub fn extract_until(
     let trace_seconds = start.elapsed().as_secs_f64() - field_seconds;
 
     progress("mesh", 0, 0);
-    let raw = clean::clean_on(tracer.assemble(), cell, &field);
+    let traced = clean::clean_on(tracer.assemble(), cell, &field);
     let projector = Projector::new(&walls);
-    let raw = clean::clean_on(mark_creases(raw, &projector), cell, &field);
+    let traced = clean::clean_on(mark_creases(traced, &projector), cell, &field);
     stop.heed()?;
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 
-    let (raw, edits) = match element_settings(part, &profile, settings)? {
+    let (meshed, edits) = match element_settings(part, &profile, settings)? {
         Some(wanted) => {
             progress("remesh", 0, 0);
-            remesh(&raw, &projector, &wanted)
+            remesh(&traced, &projector, &wanted)
         }
-        None => (raw, remesh::Edits::default()),
+        None => (traced, remesh::Edits::default()),
     };
     stop.heed()?;
     let before = field_seconds + trace_seconds + mesh_seconds;
     let remesh_seconds = start.elapsed().as_secs_f64() - before;
-    let (surface, graph, cracks) = graph::build(&raw, &field);
+    let mut surface = build(&meshed, feet::balls(&meshed, &field));
+    surface.leave(frame);
+    let graph = SheetGraph::of(&surface);
+    let closed_over = closed_over(whole, &surface, cell);
     let graph_seconds = start.elapsed().as_secs_f64() - before - remesh_seconds;
 
     let work = Work {
@@ -195,12 +194,12 @@ pub fn extract_until(
         mesh_seconds: mesh_seconds + graph_seconds,
         remesh_seconds,
         edits,
-        ..tracer.work()
+        counts: tracer.counts(),
     };
     Ok(Extraction {
         surface,
         graph,
-        cracks,
+        closed_over,
         work,
     })
 }

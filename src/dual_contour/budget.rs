@@ -1,8 +1,10 @@
 //! A grid that fits: memory asked before it is taken.
 
+use miette::Diagnostic;
 use thiserror::Error;
 
 use super::grid::Grid;
+use super::numbers::Numbers;
 use crate::mesh::Bounds;
 use crate::settings::memory::TooFine;
 use crate::settings::precision::Precision;
@@ -18,16 +20,19 @@ const BYTES_PER_NODE: f64 = 8.0;
 const CELLS_PER_FACE: f64 = 2.0;
 
 /// Why there is no grid.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum GridError {
     /// The grid would not fit.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     TooFine(#[from] TooFine),
     /// More cells along an axis than the grid can count, or planes that the
     /// numbers allowed cannot tell apart.
     #[error(
         "cell size {cell} is too small for a box of {size:.6} at {far:.6} from the origin; use a larger cell{hint}"
     )]
+    #[diagnostic(help("move it nearer to the origin; take a larger --cell"))]
     NoGrid {
         /// Cell asked for.
         cell: f64,
@@ -55,10 +60,10 @@ impl Grid {
         bounds: &Bounds,
         area: f64,
         cell: f64,
-        precision: Precision,
+        numbers: impl Into<Numbers>,
         memory_limit: u64,
     ) -> Result<Grid, GridError> {
-        Grid::within_filled(bounds, area, 0.0, cell, precision, memory_limit)
+        Grid::within_filled(bounds, area, 0.0, cell, numbers, memory_limit)
     }
 
     /// The same where the distance is asked at all nodes in about this volume,
@@ -72,7 +77,7 @@ impl Grid {
         area: f64,
         volume: f64,
         cell: f64,
-        precision: Precision,
+        numbers: impl Into<Numbers>,
         memory_limit: u64,
     ) -> Result<Grid, GridError> {
         let cells = CELLS_PER_FACE * area / (cell * cell);
@@ -88,12 +93,14 @@ impl Grid {
                     + (volume * BYTES_PER_NODE / memory_limit as f64).cbrt(),
             }));
         }
-        let far = bounds.min.abs().max(bounds.max.abs()).max_element();
-        Grid::around(bounds, cell, precision).ok_or(GridError::NoGrid {
+        let numbers = numbers.into();
+        let world = [bounds.min, bounds.max].map(|p| numbers.frame().to_world(p));
+        let far = world[0].abs().max(world[1].abs()).max_element();
+        Grid::around(bounds, cell, numbers).ok_or(GridError::NoGrid {
             cell,
             size: bounds.size().max_element(),
             far,
-            hint: match precision {
+            hint: match numbers.precision() {
                 Precision::Single => ", or a format of double precision such as .obj",
                 Precision::Double => "",
             },

@@ -201,7 +201,7 @@ fn solve_block(
             let crossing = solid.crossing(ends, samples);
             counts.add(&crossing);
             let along = ends[0][axis] + crossing.t * (ends[1][axis] - ends[0][axis]);
-            let along = grid.between(ends[0][axis], ends[1][axis], along);
+            let along = grid.between(axis, [ends[0][axis], ends[1][axis]], along);
             out.crossed[axis].set(from);
             if block.inside.get(from) {
                 out.inside.set(from);

@@ -3,12 +3,12 @@
 //! A plane's coordinate is computed once and read by all, so that "the vertex
 //! lies in its cell" is a comparison of the very numbers that every neighbour
 //! compares with. Nothing in the contouring asks that the planes be evenly
-//! spaced; with [`Precision::Single`] each is rounded to `f32`.
+//! spaced; each is rounded to the numbers that vertices may have.
 
 use glam::{DVec3, IVec3};
 
+use super::numbers::Numbers;
 use crate::mesh::Bounds;
-use crate::settings::precision::Precision;
 
 /// The distance of the first plane from the box, as fractions of a cell along
 /// x, y and z: odd ones, because faces of mechanical parts love round numbers
@@ -24,7 +24,7 @@ const RIM: f64 = 2.0;
 pub struct Grid {
     planes: [Vec<f64>; 3],
     cell: f64,
-    precision: Precision,
+    numbers: Numbers,
 }
 
 impl Grid {
@@ -41,7 +41,8 @@ impl Grid {
     /// None if `cell` is not a positive number, the box is empty, an axis
     /// would have more than [`Grid::MOST_CELLS`] cells, or the numbers allowed
     /// are too coarse to tell its planes apart.
-    pub fn around(bounds: &Bounds, cell: f64, precision: Precision) -> Option<Grid> {
+    pub fn around(bounds: &Bounds, cell: f64, numbers: impl Into<Numbers>) -> Option<Grid> {
+        let numbers = numbers.into();
         if cell.is_nan() || cell <= 0.0 || bounds.is_empty() {
             return None;
         }
@@ -54,7 +55,7 @@ impl Grid {
             }
             let count = cells[axis] as usize + 1;
             planes[axis] = (0..count)
-                .map(|i| precision.round(low[axis] + i as f64 * cell))
+                .map(|i| numbers.round(axis, low[axis] + i as f64 * cell))
                 .collect();
             // Room for vertices between two planes, and rounding that is far
             // below a cell.
@@ -66,19 +67,19 @@ impl Grid {
         Some(Grid {
             planes,
             cell,
-            precision,
+            numbers,
         })
     }
 
-    /// Length of a cell, part units; with [`Precision::Single`] planes deviate
-    /// from it by their rounding.
+    /// Length of a cell, part units; planes deviate from it by their
+    /// rounding.
     pub fn cell(&self) -> f64 {
         self.cell
     }
 
     /// Numbers that vertices may have.
-    pub fn precision(&self) -> Precision {
-        self.precision
+    pub fn numbers(&self) -> Numbers {
+        self.numbers
     }
 
     /// Number of cells along each axis.
@@ -94,25 +95,24 @@ impl Grid {
         }))
     }
 
-    /// The number allowed that is nearest to `x` and strictly between two
-    /// neighbouring planes.
-    pub fn between(&self, low: f64, high: f64, x: f64) -> f64 {
+    /// The number allowed along an axis that is nearest to `x` and strictly
+    /// between two neighbouring planes.
+    pub fn between(&self, axis: usize, [low, high]: [f64; 2], x: f64) -> f64 {
         let margin = MARGIN * (high - low);
-        let x = self.precision.round(x.clamp(low + margin, high - margin));
-        match self.precision {
-            Precision::Double => x,
-            // Planes of single precision are many numbers apart.
-            Precision::Single => x.clamp(
-                f64::from((low as f32).next_up()),
-                f64::from((high as f32).next_down()),
-            ),
+        let numbers = self.numbers;
+        let x = numbers.round(axis, x.clamp(low + margin, high - margin));
+        if numbers.are_sparse(axis) {
+            // Planes are many of them apart.
+            x.clamp(numbers.above(axis, low), numbers.below(axis, high))
+        } else {
+            x
         }
     }
 
     /// The point allowed that is nearest to `p` and strictly inside a cell.
     pub fn settle(&self, p: DVec3, cell: &CellBox) -> DVec3 {
         DVec3::from_array(
-            [0, 1, 2].map(|axis| self.between(cell.low[axis], cell.high[axis], p[axis])),
+            [0, 1, 2].map(|axis| self.between(axis, [cell.low[axis], cell.high[axis]], p[axis])),
         )
     }
 
@@ -199,6 +199,7 @@ impl CellBox {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::precision::Precision;
 
     fn unit_box() -> Bounds {
         Bounds::of([DVec3::ZERO, DVec3::ONE])

@@ -210,7 +210,7 @@ impl<I: Implicit> Work<'_, I> {
         self.counts.queries += finder.queries;
         let mut vertex = found?.vertex();
         vertex.sharp = true;
-        vertex.position = self.grid.precision().round_point(vertex.position);
+        vertex.position = self.grid.numbers().round_point(vertex.position);
         let size = corners.iter().map(|c| c.distance(centre));
         if vertex.position.distance(centre) > 1.5 * size.fold(0.0, f64::max) {
             return None;
@@ -254,7 +254,7 @@ impl<I: Implicit> Work<'_, I> {
             sharp: true,
             ..found.vertex()
         };
-        vertex.position = self.grid.precision().round_point(vertex.position);
+        vertex.position = self.grid.numbers().round_point(vertex.position);
         let mends = found.value.abs() < 0.5 * worst;
         let beside = vertex.position.distance(middle) < 0.75 * a.distance(b);
         (mends && beside).then_some(vertex)

@@ -42,6 +42,7 @@ mod grid;
 mod hybrid;
 mod implicit;
 mod mend;
+mod numbers;
 mod pattern;
 mod polygon;
 mod qef;
@@ -69,6 +70,7 @@ pub use grid::{CellBox, Grid};
 pub use hybrid::{Bracket, Found, hybrid};
 pub use implicit::{Crossing, Implicit, Sample};
 pub use mend::MendCounts;
+pub use numbers::Numbers;
 pub use polygon::RingCounts;
 
 /// How to contour.

@@ -6,7 +6,7 @@ use super::edges::{EdgeCensus, EdgeKind, EdgeUses};
 use super::error::{PartError, PartWarning};
 use super::orient::{make_consistent, make_outward, report};
 use super::weld::{Weld, weld_exact, weld_within};
-use super::{FaceId, Part, TriMesh};
+use super::{Bounds, FaceId, Part, TriMesh};
 
 /// Diagonals outside this range overflow or vanish in products of four lengths.
 const USABLE_DIAGONAL: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
@@ -15,8 +15,12 @@ const USABLE_DIAGONAL: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 const LARGEST_WELD: f64 = 0.05;
 
 /// Beyond this distance from the origin, in diagonals, f64 keeps fewer than
-/// ten digits of the part's size.
+/// ten digits of the part's size: fewer than the results promise.
 const FAR_RATIO: f64 = 1e6;
+
+/// Steps between the input's numbers, in diagonals, from which on they show:
+/// a thousandth of a wall that is a thousandth of the part thick.
+const COARSE_STEP: f64 = 1e-6;
 
 /// A triangle lower than this share of its longest edge has no area.
 const FLATNESS: f64 = 1e-13;
@@ -143,11 +147,31 @@ fn check_size(mesh: &TriMesh) -> Result<Vec<PartWarning>, PartError> {
     }
     let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
     let ratio = farthest / diagonal;
-    Ok(if ratio > FAR_RATIO {
-        vec![PartWarning::FarFromOrigin { ratio }]
+    let step = step(mesh, &bounds);
+    Ok(if ratio > FAR_RATIO || step > COARSE_STEP * diagonal {
+        vec![PartWarning::FarFromOrigin { ratio, step }]
     } else {
         Vec::new()
     })
+}
+
+/// Distance between neighbouring numbers of the input at its greatest
+/// coordinate: those of f32 where all coordinates of an axis are such and make
+/// use of the last digit, as in an STL file; else those of f64.
+fn step(mesh: &TriMesh, bounds: &Bounds) -> f64 {
+    let along = |axis: usize| {
+        let far = bounds.min[axis].abs().max(bounds.max[axis].abs());
+        let single = f64::from((far as f32).next_up()) - f64::from(far as f32);
+        let mut coordinates = mesh.positions.iter().map(|p| p[axis]);
+        let is_single = coordinates.clone().all(|x| f64::from(x as f32) == x);
+        let uses_last = coordinates.any(|x| (x / single).abs() % 2.0 == 1.0);
+        if is_single && uses_last {
+            single
+        } else {
+            far.next_up() - far
+        }
+    };
+    along(0).max(along(1)).max(along(2))
 }
 
 fn weld(mesh: &mut TriMesh, tolerance: Option<f64>) -> Result<Option<PartWarning>, PartError> {

@@ -221,10 +221,13 @@ pub enum PartWarning {
     },
     /// Nothing is tagged.
     NoCoping,
-    /// The part is so far from the origin that digits are lost.
+    /// The part is so far from the origin that its own numbers have lost
+    /// digits.
     FarFromOrigin {
         /// Largest coordinate over the diagonal of the box.
         ratio: f64,
+        /// Distance between neighbouring numbers there, part units.
+        step: f64,
     },
 }
 
@@ -295,9 +298,9 @@ impl fmt::Display for PartWarning {
                 f,
                 "no triangle is tagged as coping; the mid-surface will end in fins at the rims of the walls"
             ),
-            PartWarning::FarFromOrigin { ratio } => write!(
+            PartWarning::FarFromOrigin { ratio, step } => write!(
                 f,
-                "the part lies {ratio:.1e} times its size away from the origin, which costs as many digits; move it nearer"
+                "the part lies {ratio:.1e} times its size away from the origin, where its coordinates come in steps of {step:.1e}: what is finer is lost in the file already; export it nearer to the origin, or in a format of double precision"
             ),
         }
     }

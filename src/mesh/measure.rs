@@ -46,6 +46,14 @@ impl Bounds {
         }
     }
 
+    /// The box with all faces moved outwards; an empty box stays empty.
+    pub fn grown(self, reach: f64) -> Bounds {
+        Bounds {
+            min: self.min - reach,
+            max: self.max + reach,
+        }
+    }
+
     /// Whether no point was ever added.
     pub fn is_empty(&self) -> bool {
         !(self.min.cmple(self.max).all())

@@ -7,6 +7,7 @@
 mod checks;
 mod edges;
 mod error;
+mod frame;
 mod intersect;
 mod measure;
 mod orient;
@@ -18,6 +19,7 @@ use glam::DVec3;
 pub use checks::PartOptions;
 pub use edges::{EdgeCensus, EdgeUse, EdgeUses};
 pub use error::{EdgeReport, PartError, PartWarning};
+pub use frame::Frame;
 pub use intersect::{clash, self_intersections};
 pub use measure::{Bounds, is_thin};
 pub use weld::{Weld, weld_exact, weld_within};

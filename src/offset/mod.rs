@@ -18,14 +18,16 @@ mod tests;
 use std::time::Instant;
 
 use glam::DVec3;
+use miette::Diagnostic;
 use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Work};
+use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Numbers, Work};
 use crate::field::Field;
-use crate::mesh::{Bounds, Part, TriMesh, self_intersections};
+use crate::mesh::{Bounds, Frame, Part, TriMesh, self_intersections};
 use crate::settings::cell::{self, BadCell};
+use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
 use solid::OffsetSolid;
@@ -63,36 +65,47 @@ impl Settings {
             cell: size.max_element() / Settings::CELLS,
             tolerance: Settings::TOLERANCE * distance.abs(),
             precision: Precision::Double,
-            memory_limit: 8 << 30,
+            memory_limit: MEMORY_LIMIT,
             filters: Filters::default(),
         }
     }
 }
 
 /// Why there is no offset.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum OffsetError {
     /// The distance is zero or no number.
     #[error("offset distance {0} is not a length other than zero")]
+    #[diagnostic(help(
+        "give --distance a positive length to grow, a negative one (--distance=-2) to shrink"
+    ))]
     BadDistance(f64),
     /// The cell size is no length.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     BadCell(#[from] BadCell),
     /// The tolerance is not a positive number.
     #[error("tolerance {0} is not a positive length")]
+    #[diagnostic(help(
+        "give --tolerance a positive length; leave --tolerance away for the default"
+    ))]
     BadTolerance(f64),
     /// The part is open: it has no inside.
     #[error(
         "the part is open, so it has no inside to grow or shrink; close its gaps, or thicken it as a surface"
     )]
+    #[diagnostic(help("`midsurf info PART` counts the open edges"))]
     Open,
     /// No grid.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Grid(#[from] GridError),
     /// Nothing is left.
     #[error(
         "nothing is left: no point of the part is farther than {0} from its surface (or what is left is thinner than a cell)"
     )]
+    #[diagnostic(help("take a smaller distance or thickness, or smaller cells"))]
     Empty(f64),
 }
 
@@ -152,21 +165,24 @@ pub fn offset(
     let distance = settings.distance;
     let start = Instant::now();
     progress("field", 0, 0);
+    let frame = Frame::around(&part.bounds().grown(distance.max(0.0)));
+    let part = &*part.in_frame(frame);
     let (field, warnings) = field(part, settings);
     let field_seconds = start.elapsed().as_secs_f64();
 
     let solid = OffsetSolid::new(&field, distance);
-    let grid = grid(&solid.bounds(), part, settings)?;
+    let grid = grid(&solid.bounds(), part, settings, frame)?;
     let contour_settings = dual_contour::Settings {
         tolerance: settings.tolerance,
         filters: settings.filters,
     };
-    let contour = dual_contour::contour(&solid, &grid, &contour_settings, progress);
+    let mut contour = dual_contour::contour(&solid, &grid, &contour_settings, progress);
     if contour.mesh.triangles.is_empty() {
         return Err(OffsetError::Empty(distance.abs()));
     }
     progress("check", 0, 0);
     let [corner_deviation, centre_deviation] = deviations(&solid, &contour.mesh);
+    frame.leave(&mut contour.mesh.positions);
     Ok(Offset {
         mesh: contour.mesh,
         warnings,
@@ -229,15 +245,21 @@ fn field(part: &Part, settings: &Settings) -> (Field, Vec<OffsetWarning>) {
     (field, warnings)
 }
 
-fn grid(bounds: &Bounds, part: &Part, settings: &Settings) -> Result<Grid, OffsetError> {
+fn grid(
+    bounds: &Bounds,
+    part: &Part,
+    settings: &Settings,
+    frame: Frame,
+) -> Result<Grid, OffsetError> {
     let Settings { distance, cell, .. } = *settings;
     if bounds.is_empty() {
         return Err(OffsetError::Empty(distance.abs()));
     }
     let round = 4.0 * std::f64::consts::PI * distance.max(0.0).powi(2);
     let area = part.area() + round;
-    let (precision, limit) = (settings.precision, settings.memory_limit);
-    Ok(Grid::within(bounds, area, cell, precision, limit)?)
+    let numbers = Numbers::new(settings.precision, frame);
+    let limit = settings.memory_limit;
+    Ok(Grid::within(bounds, area, cell, numbers, limit)?)
 }
 
 /// Deviations at corners and at centres.

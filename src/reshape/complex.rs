@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use crate::mesh::FaceId;
-use crate::surface::marked::{Line, RawMesh, RawVertex, edge};
+use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
 
 /// Vertex without triangles, in [`Complex::triangles`].
 const GONE: u32 = u32::MAX;
@@ -52,7 +52,7 @@ pub(super) struct Complex {
 
 impl Complex {
     /// Triangles with a repeated corner are dropped.
-    pub(super) fn new(mesh: &RawMesh) -> Complex {
+    pub(super) fn new(mesh: &MarkedMesh) -> Complex {
         let sound = |c: &&[u32; 3]| c[0] != c[1] && c[1] != c[2] && c[2] != c[0];
         let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(sound).copied().collect();
         let count = mesh.vertices.len();
@@ -95,16 +95,16 @@ impl Complex {
 
     /// The mesh again: vertices in use and triangles left, in their old order;
     /// `old[v]` is vertex `v`.
-    pub(super) fn into_mesh(self, old: &[RawVertex]) -> RawMesh {
+    pub(super) fn into_mesh(self, old: &[MarkedVertex]) -> MarkedMesh {
         self.into_mesh_with(old, FxHashMap::default())
     }
 
     /// As [`into_mesh`](Complex::into_mesh), with marks for further edges.
     pub(super) fn into_mesh_with(
         self,
-        old: &[RawVertex],
+        old: &[MarkedVertex],
         marks: FxHashMap<(u32, u32), Line>,
-    ) -> RawMesh {
+    ) -> MarkedMesh {
         let mut number = vec![GONE; self.at.len()];
         let mut vertices = Vec::new();
         for (v, vertex) in old.iter().enumerate() {
@@ -115,7 +115,7 @@ impl Complex {
         }
         let renumber = |v: u32| number[v as usize];
         let lines = (self.lines.iter()).filter_map(|(e, class)| Some((*e, class.mark?)));
-        RawMesh {
+        MarkedMesh {
             vertices,
             triangles: (self.triangles.iter())
                 .filter(|c| c[0] != GONE)

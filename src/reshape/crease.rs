@@ -19,7 +19,7 @@ use super::facing::TURN;
 use super::project::Projector;
 use crate::field::Footpoint;
 use crate::mesh::FaceId;
-use crate::surface::marked::{Line, RawMesh, RawVertex, edge};
+use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
 use crate::trace::follow::contour::CREASE_ANGLE;
 use crate::trace::solve::{Condition, on_coping, solve};
 
@@ -47,11 +47,11 @@ const FLATTEST: f64 = 0.17;
 struct Crossing {
     /// Share of the edge before it, from its low vertex.
     share: f64,
-    vertex: RawVertex,
+    vertex: MarkedVertex,
 }
 
 /// Cuts the mesh along its creases and marks their edges.
-pub fn mark_creases(mesh: RawMesh, projector: &Projector) -> RawMesh {
+pub fn mark_creases(mesh: MarkedMesh, projector: &Projector) -> MarkedMesh {
     let mut cutter = Cutter {
         complex: Complex::new(&mesh),
         vertices: mesh.vertices,
@@ -69,7 +69,7 @@ pub fn mark_creases(mesh: RawMesh, projector: &Projector) -> RawMesh {
 
 struct Cutter<'a> {
     complex: Complex,
-    vertices: Vec<RawVertex>,
+    vertices: Vec<MarkedVertex>,
     /// Vertices on a crease.
     creased: Vec<bool>,
     projector: &'a Projector<'a>,
@@ -81,7 +81,7 @@ impl Cutter<'_> {
     }
 
     /// Feet of a vertex on its walls, one for each place.
-    fn feet(&self, vertex: &RawVertex) -> SmallVec<[Footpoint; 4]> {
+    fn feet(&self, vertex: &MarkedVertex) -> SmallVec<[Footpoint; 4]> {
         let mut feet: SmallVec<[Footpoint; 4]> = SmallVec::new();
         let all = vertex.walls.iter().map(|&f| self.foot(vertex.at, f));
         for foot in all {
@@ -95,7 +95,7 @@ impl Cutter<'_> {
 
     /// Whether three walls tie at a vertex, two of them joined round a convex
     /// edge.
-    fn is_creased(&self, vertex: &RawVertex) -> bool {
+    fn is_creased(&self, vertex: &MarkedVertex) -> bool {
         let feet = self.feet(vertex);
         (feet.iter().enumerate()).any(|(n, a)| {
             feet[..n].iter().any(|b| {
@@ -138,13 +138,13 @@ impl Cutter<'_> {
 
     /// A short piece of an edge across which a footpoint jumps round a convex
     /// edge, with its two ends.
-    fn bracket(&self, ends: [&RawVertex; 2], mark: Line) -> Option<[RawVertex; 2]> {
+    fn bracket(&self, ends: [&MarkedVertex; 2], mark: Line) -> Option<[MarkedVertex; 2]> {
         const HALVINGS: usize = 16;
         if mark == Line::FadingBorder {
             return None;
         }
         let mut piece = ends.map(|v| v.clone());
-        let jump = |p: &RawVertex, q: &RawVertex| -> f64 {
+        let jump = |p: &MarkedVertex, q: &MarkedVertex| -> f64 {
             let [fp, fq] = [self.feet(p), self.feet(q)];
             self.matched(p.at, &fp, q.at, &fq)
         };
@@ -163,7 +163,7 @@ impl Cutter<'_> {
             let middle = match mark {
                 Line::Sheet => self.projector.on_sheet(guess, &hints, 0.5 * gap),
                 line => {
-                    let hints = RawVertex {
+                    let hints = MarkedVertex {
                         at: guess,
                         walls: hints.iter().copied().collect(),
                         coping: p.coping.or(q.coping),
@@ -197,10 +197,10 @@ impl Cutter<'_> {
     /// Solves the point where the walls of both ends of a short piece tie.
     fn solve_crossing(
         &self,
-        ends: [&RawVertex; 2],
-        piece: &[RawVertex; 2],
+        ends: [&MarkedVertex; 2],
+        piece: &[MarkedVertex; 2],
         mark: Line,
-    ) -> Option<RawVertex> {
+    ) -> Option<MarkedVertex> {
         let walls = self.projector.walls();
         let field = walls.field();
         let [p, q] = piece;
@@ -251,7 +251,7 @@ impl Cutter<'_> {
         };
         let mut tied: SmallVec<[FaceId; 4]> = SmallVec::from_slice(&[one.face, two.face]);
         tied.extend(kept);
-        Some(RawVertex {
+        Some(MarkedVertex {
             at,
             walls: tied,
             coping,
@@ -266,7 +266,7 @@ impl Cutter<'_> {
 
     /// Moves vertices onto creases near by.
     fn snap(&mut self) {
-        let mut near: Vec<(u64, u32, RawVertex)> = Vec::new();
+        let mut near: Vec<(u64, u32, MarkedVertex)> = Vec::new();
         let mut corners: Vec<(u32, bool)> = Vec::new();
         for ((a, b), crossing) in self.all_crossings() {
             let on_line = self.complex.class(a, b).is_some();
@@ -360,7 +360,7 @@ impl Cutter<'_> {
     }
 
     /// The point near three vertices on creases where all their walls tie.
-    fn meeting(&self, corners: [u32; 3]) -> Option<RawVertex> {
+    fn meeting(&self, corners: [u32; 3]) -> Option<MarkedVertex> {
         let walls = self.projector.walls();
         let field = walls.field();
         let points = corners.map(|v| self.complex.at(v));
@@ -386,7 +386,7 @@ impl Cutter<'_> {
         let at = solve(field, ties, start, 2.0 * reach, walls.tolerances().solve)?;
         let nearest = field.footpoint_near(at, a.face).distance;
         let least = field.footpoint_on(at, a.face).distance;
-        (nearest >= 0.999 * least).then(|| RawVertex {
+        (nearest >= 0.999 * least).then(|| MarkedVertex {
             at,
             walls: tied.iter().map(|f| f.face).collect(),
             coping: None,
@@ -406,7 +406,7 @@ impl Cutter<'_> {
     }
 
     /// Marks the edges along creases.
-    fn into_marked(self) -> RawMesh {
+    fn into_marked(self) -> MarkedMesh {
         let mut creases: FxHashMap<(u32, u32), Line> = FxHashMap::default();
         for (a, b) in self.complex.edges() {
             let both = self.creased[a as usize] && self.creased[b as usize];

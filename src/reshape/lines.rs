@@ -6,14 +6,14 @@ use rustc_hash::FxHashMap;
 
 use super::complex::{Complex, Rank};
 use super::project::Projector;
-use crate::surface::marked::{Line, RawVertex, edge};
+use crate::surface::marked::{Line, MarkedVertex, edge};
 
 /// One line between corners, or a loop.
 pub(super) struct Course {
     /// What it is; `None` for an edge of odd valence that no follower marked.
     kind: Option<Line>,
     /// Its traced vertices in order; a loop repeats its first at the end.
-    vertices: Vec<RawVertex>,
+    vertices: Vec<MarkedVertex>,
     /// Their numbers at the time of tracing.
     numbers: Vec<u32>,
     /// Length along it at each of them, from 0.
@@ -33,7 +33,7 @@ pub(super) struct Lines {
 
 impl Lines {
     /// Chains the edges of the complex that are on lines.
-    pub(super) fn new(complex: &Complex, vertices: &[RawVertex]) -> Lines {
+    pub(super) fn new(complex: &Complex, vertices: &[MarkedVertex]) -> Lines {
         let mut lines = Lines {
             courses: Vec::new(),
             of_edge: FxHashMap::default(),
@@ -57,7 +57,7 @@ impl Lines {
     fn walk(
         &mut self,
         complex: &Complex,
-        vertices: &[RawVertex],
+        vertices: &[MarkedVertex],
         [start, next]: [u32; 2],
         kind: Option<Line>,
     ) {
@@ -194,11 +194,6 @@ impl Lines {
 }
 
 impl Course {
-    /// What it is.
-    pub(super) fn kind(&self) -> Option<Line> {
-        self.kind
-    }
-
     /// Its length as traced.
     pub(super) fn length(&self) -> f64 {
         self.at[self.at.len() - 1]
@@ -211,7 +206,7 @@ impl Course {
 
     /// The exact point of the line nearest to a place along it; the point of
     /// the traced polyline, and true, where no exact one is found.
-    pub(super) fn point(&self, place: f64, projector: &Projector) -> (RawVertex, bool) {
+    pub(super) fn point(&self, place: f64, projector: &Projector) -> (MarkedVertex, bool) {
         let length = self.length();
         let place = if place > length {
             place - length
@@ -242,7 +237,7 @@ impl Course {
                 let nearer = if share < 0.5 { from } else { to };
                 let at = from.at.lerp(to.at, share);
                 (
-                    RawVertex {
+                    MarkedVertex {
                         at,
                         ..nearer.clone()
                     },

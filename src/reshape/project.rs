@@ -13,7 +13,7 @@ use smallvec::SmallVec;
 
 use crate::field::thickness::Ray;
 use crate::mesh::FaceId;
-use crate::surface::marked::{Line, RawVertex};
+use crate::surface::marked::{Line, MarkedVertex};
 use crate::trace::follow::contour::CREASE_ANGLE;
 use crate::trace::solve::{Condition, distance_to, on_coping, solve};
 use crate::walls::Walls;
@@ -46,10 +46,10 @@ impl<'a> Projector<'a> {
 
     /// The point of a sheet nearest to a guess, at most `reach` away. `hints`
     /// are walls of vertices near by.
-    pub fn on_sheet(&self, guess: DVec3, hints: &[FaceId], reach: f64) -> Option<RawVertex> {
-        let gap = |v: &RawVertex| v.at.distance(guess);
+    pub fn on_sheet(&self, guess: DVec3, hints: &[FaceId], reach: f64) -> Option<MarkedVertex> {
+        let gap = |v: &MarkedVertex| v.at.distance(guess);
         let settled = self.settled(guess, hints);
-        let mut best: Option<RawVertex> = None;
+        let mut best: Option<MarkedVertex> = None;
         for (n, &a) in settled.iter().enumerate() {
             for &b in &settled[..n] {
                 if let Some(found) = self.tie(guess, a, b, reach)
@@ -67,7 +67,7 @@ impl<'a> Projector<'a> {
 
     /// The centre of the largest ball that touches the wall of `face` where
     /// `guess` has its footpoint there.
-    fn ball(&self, guess: DVec3, face: FaceId, reach: f64) -> Option<RawVertex> {
+    fn ball(&self, guess: DVec3, face: FaceId, reach: f64) -> Option<MarkedVertex> {
         let field = self.walls.field();
         let foot = field.footpoint_on(guess, face);
         let ray = Ray {
@@ -101,7 +101,7 @@ impl<'a> Projector<'a> {
     }
 
     /// The point along the sheet's normal where two walls are equally far.
-    fn tie(&self, guess: DVec3, a: FaceId, b: FaceId, reach: f64) -> Option<RawVertex> {
+    fn tie(&self, guess: DVec3, a: FaceId, b: FaceId, reach: f64) -> Option<MarkedVertex> {
         let field = self.walls.field();
         let tolerance = self.walls.tolerances().solve;
         let (mut x, mut pair) = (guess, [a, b]);
@@ -132,7 +132,7 @@ impl<'a> Projector<'a> {
 
     /// The vertex at `x` if its walls tie, are nearest, and the first two of
     /// them are separate.
-    fn checked(&self, x: DVec3, walls: &[FaceId]) -> Option<RawVertex> {
+    fn checked(&self, x: DVec3, walls: &[FaceId]) -> Option<MarkedVertex> {
         let field = self.walls.field();
         let feet: SmallVec<[_; 4]> = walls.iter().map(|&f| field.footpoint_on(x, f)).collect();
         let (first, rest) = feet.split_first()?;
@@ -140,7 +140,7 @@ impl<'a> Projector<'a> {
         let slack = NEARER * least + 2.0 * self.walls.tolerances().tie;
         let nearest = field.footpoint_near(x, first.face).distance;
         let separate = rest.iter().any(|f| self.walls.separate(x, first, f));
-        (nearest >= least - slack && separate).then(|| RawVertex {
+        (nearest >= least - slack && separate).then(|| MarkedVertex {
             at: x,
             walls: SmallVec::from_slice(walls),
             coping: None,
@@ -155,9 +155,9 @@ impl<'a> Projector<'a> {
         line: Line,
         guess: DVec3,
         along: DVec3,
-        hints: &RawVertex,
+        hints: &MarkedVertex,
         reach: f64,
-    ) -> Option<RawVertex> {
+    ) -> Option<MarkedVertex> {
         let field = self.walls.field();
         let tolerance = self.walls.tolerances().solve;
         let across = Condition::plane(along, guess);
@@ -174,7 +174,7 @@ impl<'a> Projector<'a> {
                             && let Some(found) = self.checked_near(at, &[a, b])
                         {
                             let coping = Some(coping);
-                            return Some(RawVertex { coping, ..found });
+                            return Some(MarkedVertex { coping, ..found });
                         }
                     }
                 }
@@ -202,7 +202,7 @@ impl<'a> Projector<'a> {
 
     /// As [`checked`](Self::checked), the walls settled first: a solution may
     /// lie over a neighbour of the triangle that it was solved for.
-    fn checked_near(&self, x: DVec3, walls: &[FaceId]) -> Option<RawVertex> {
+    fn checked_near(&self, x: DVec3, walls: &[FaceId]) -> Option<MarkedVertex> {
         let settled = self.settled(x, walls);
         (settled.len() == walls.len())
             .then(|| self.checked(x, &settled))

@@ -7,7 +7,7 @@ use super::complex::{Complex, Rank};
 use super::lines::Lines;
 use super::project::Projector;
 use super::remesh::Settings;
-use crate::surface::marked::RawVertex;
+use crate::surface::marked::MarkedVertex;
 
 /// Edges of a line span at most this share of its radius of curvature, so that
 /// a small hole stays an octagon.
@@ -21,7 +21,7 @@ const FLOOR: f64 = 0.02;
 /// from such places by [`Settings::grading`].
 pub(super) fn sizes(
     complex: &Complex,
-    vertices: &[RawVertex],
+    vertices: &[MarkedVertex],
     lines: &Lines,
     projector: &Projector,
     settings: &Settings,
@@ -101,7 +101,7 @@ fn wall_bend(
     v: u32,
     around: &Neighbours,
     complex: &Complex,
-    vertices: &[RawVertex],
+    vertices: &[MarkedVertex],
     projector: &Projector,
 ) -> f64 {
     if complex.rank(v) != Rank::Inner {

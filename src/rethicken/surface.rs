@@ -1,11 +1,13 @@
 //! The surface with its balls: what is re-thickened.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::RethickenError;
-use crate::mesh::Bounds;
-use crate::surface::{BorderKind, MidSurface, MidVertex, segments};
+use crate::mesh::{Bounds, Frame};
+use crate::surface::{BorderKind, MidSurface, segments};
 
 /// Triangles, any number of them to an edge, with the radius of a ball at
 /// every vertex.
@@ -98,7 +100,7 @@ impl BallSurface {
     pub fn of(surface: &MidSurface) -> Result<BallSurface, RethickenError> {
         let mut coping = FxHashSet::default();
         for border in surface
-            .borders
+            .borders()
             .iter()
             .filter(|b| b.kind == BorderKind::Coping)
         {
@@ -107,10 +109,16 @@ impl BallSurface {
         let mesh = surface.mesh();
         BallSurface::new(
             mesh.positions,
-            surface.vertices.iter().map(MidVertex::radius).collect(),
+            surface.vertices().iter().map(|v| v.ball.radius).collect(),
             mesh.triangles,
             |[a, b]| coping.contains(&key(a, b)),
         )
+    }
+
+    /// The same surface, round at all its borders.
+    pub fn rounded(mut self) -> BallSurface {
+        self.flat.clear();
+        self
     }
 
     /// Least diameter of a ball of positive radius at a vertex in use.
@@ -151,10 +159,31 @@ impl BallSurface {
         0.5 * (b - a).cross(c - a).length()
     }
 
+    fn bounds(&self) -> Bounds {
+        let used = self.triangles.iter().flatten();
+        Bounds::of(used.map(|&v| self.positions[v as usize]))
+    }
+
     /// Length of the diagonal of the box around the surface.
     pub fn diagonal(&self) -> f64 {
+        self.bounds().diagonal()
+    }
+
+    /// The frame for the surface and its balls.
+    pub(super) fn frame(&self) -> Frame {
         let used = self.triangles.iter().flatten();
-        Bounds::of(used.map(|&v| self.positions[v as usize])).diagonal()
+        let radius = used.fold(0.0, |most: f64, &v| most.max(self.radii[v as usize]));
+        Frame::around(&self.bounds().grown(radius))
+    }
+
+    /// The surface in a frame.
+    pub(super) fn in_frame(&self, frame: Frame) -> Cow<'_, BallSurface> {
+        if frame.is_identity() {
+            return Cow::Borrowed(self);
+        }
+        let mut surface = self.clone();
+        frame.enter(&mut surface.positions);
+        Cow::Owned(surface)
     }
 
     /// Number of edges at which the solid ends flat.

@@ -11,13 +11,14 @@ mod pruned;
 mod samples;
 
 use glam::DVec3;
+use miette::Diagnostic;
 use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
 use crate::extract::{self, ExtractError, Extraction, extract};
 use crate::field::Field;
-use crate::mesh::{FaceId, Part, TriMesh, self_intersections};
+use crate::mesh::{FaceId, Frame, Part, TriMesh, self_intersections};
 use crate::rethicken::{self, BallSurface, RethickenError, Rethickened, rethicken};
 use crate::settings::cell::{CellSize, Scale};
 use crate::settings::progress::Progress;
@@ -46,13 +47,16 @@ pub struct Settings {
 const SAMPLES: usize = 40_000;
 
 /// Why there was no round trip.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum RoundTripError {
     /// There.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Extract(#[from] ExtractError),
     /// And back.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Rethicken(#[from] RethickenError),
 }
 
@@ -134,13 +138,15 @@ pub fn roundtrip(
     let solid = rethicken(&surface, &solid_settings, progress)?;
     progress("compare", 0, 0);
     let separation = extract::separation(&settings.extract);
-    let comparison = compare(
-        part,
-        &extraction,
-        &solid.mesh,
+    let frame = Frame::around(&part.bounds());
+    let mut comparison = compare(
+        &part.in_frame(frame),
+        &extraction.surface.mesh().in_frame(frame),
+        &solid.mesh.in_frame(frame),
         separation,
         surface.median_thickness(),
     );
+    frame.leave([&mut comparison.all, &mut comparison.away].map(|s| &mut s.worst_at));
     Ok(RoundTrip {
         extraction,
         solid,
@@ -202,17 +208,16 @@ impl Views<'_> {
 
 fn compare(
     part: &Part,
-    extraction: &Extraction,
+    surface: &TriMesh,
     solid: &TriMesh,
     separation: Separation,
     thickness: f64,
 ) -> Comparison {
     let field = Field::new(part);
     let walls = Walls::new(part, &field, separation);
-    let surface = extraction.surface.mesh();
     let (solid_field, pruned) = rayon::join(
         || Field::of_mesh(solid),
-        || Pruned::new(part, &walls, &surface, thickness),
+        || Pruned::new(part, &walls, surface, thickness),
     );
     let views = Views {
         part: Field::of_mesh(part.mesh()),

@@ -31,4 +31,20 @@ impl Precision {
     pub fn round_point(self, p: DVec3) -> DVec3 {
         DVec3::from_array(p.to_array().map(|x| self.round(x)))
     }
+
+    /// The next greater number allowed.
+    pub(crate) fn above(self, x: f64) -> f64 {
+        match self {
+            Precision::Double => x.next_up(),
+            Precision::Single => f64::from((x as f32).next_up()),
+        }
+    }
+
+    /// The next smaller number allowed.
+    pub(crate) fn below(self, x: f64) -> f64 {
+        match self {
+            Precision::Double => x.next_down(),
+            Precision::Single => f64::from((x as f32).next_down()),
+        }
+    }
 }

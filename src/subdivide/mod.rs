@@ -41,6 +41,7 @@ mod solid;
 mod tests;
 
 use glam::DVec3;
+use miette::Diagnostic;
 use thiserror::Error;
 
 pub use cage::{Cage, CageError, Polygon};
@@ -53,7 +54,7 @@ pub use patch::Jet;
 pub use refine::{Boundary, Quads, refine};
 pub use solid::{Hollow, folded};
 
-use crate::mesh::{FaceId, TriMesh, self_intersections};
+use crate::mesh::{FaceId, Frame, TriMesh, self_intersections};
 
 /// Samples of a shell up to which a level is tried for `--tolerance`.
 const MOST_TRIED: usize = 2_000_000;
@@ -89,22 +90,26 @@ pub struct Settings {
 }
 
 /// Why there is no solid.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum SubdivideError {
     /// The control mesh is none, or grew too large.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Cage(#[from] CageError),
     /// No positive length.
     #[error("the thickness {0} is not a positive length")]
+    #[diagnostic(help("give --thickness a positive length"))]
     Thickness(f64),
     /// No positive length.
     #[error("the tolerance {0} is not a positive length")]
+    #[diagnostic(help("give --tolerance a positive length"))]
     Tolerance(f64),
     /// None, or too many.
     #[error(
         "{samples} samples a side on {faces} faces: one is the least, {MOST_POINTS} points in all the most"
     )]
+    #[diagnostic(help("take fewer --samples or --levels"))]
     Samples {
         /// Steps along a side.
         samples: usize,
@@ -113,10 +118,12 @@ pub enum SubdivideError {
     },
     /// Too many steps.
     #[error("{0} subdivision steps are more than {MOST_LEVELS}")]
+    #[diagnostic(help("take fewer --samples or --levels"))]
     Levels(u32),
     /// A part of the mesh has no normal: all its vertices coincide, or lie on a
     /// line.
     #[error("the surface has no normal at vertex {vertex} of level {level}, nor around it")]
+    #[diagnostic(help("remove the parts of the control mesh that have no area"))]
     NoNormal {
         /// Vertex of the refined mesh.
         vertex: usize,
@@ -128,6 +135,9 @@ pub enum SubdivideError {
         "no level is both within {tolerance} of the thickness {thickness} and free of folds: {}",
         tried(.trials, *.scheme)
     )]
+    #[diagnostic(help(
+        "--scheme contour has no folds at any thickness; or allow a greater --tolerance, ask for a smaller --thickness, or take a level all the same with --levels N"
+    ))]
     NoLevel {
         /// Asked for.
         thickness: f64,
@@ -159,6 +169,10 @@ impl Trial {
             Scheme::Crust => 0,
             Scheme::Direct => 1,
         }]
+    }
+
+    fn leave(&mut self, frame: Frame) {
+        frame.leave(self.fold_free.iter_mut().map(|free| &mut free.at));
     }
 }
 
@@ -201,6 +215,16 @@ pub struct HollowSolid {
     pub intersections: Vec<(FaceId, FaceId)>,
 }
 
+impl HollowSolid {
+    fn leave(&mut self, frame: Frame) {
+        frame.leave(&mut self.hollow.mesh.positions);
+        frame.leave(&mut self.samples.outer);
+        frame.leave(&mut self.samples.inner);
+        self.trial.leave(frame);
+        self.trials.iter_mut().for_each(|trial| trial.leave(frame));
+    }
+}
+
 /// A level with its surface.
 struct Laid {
     surface: LimitSurface,
@@ -226,6 +250,35 @@ pub fn hollow_out(
     if !(settings.thickness > 0.0 && settings.thickness.is_finite()) {
         return Err(SubdivideError::Thickness(settings.thickness));
     }
+    let frame = cage.frame();
+    match hollow_out_locally(&cage.in_frame(frame), settings, progress) {
+        Ok(mut solid) => {
+            solid.leave(frame);
+            Ok(solid)
+        }
+        Err(SubdivideError::NoLevel {
+            thickness,
+            tolerance,
+            scheme,
+            mut trials,
+        }) => {
+            trials.iter_mut().for_each(|trial| trial.leave(frame));
+            Err(SubdivideError::NoLevel {
+                thickness,
+                tolerance,
+                scheme,
+                trials,
+            })
+        }
+        other => other,
+    }
+}
+
+fn hollow_out_locally(
+    cage: &Cage,
+    settings: &Settings,
+    progress: &dyn Fn(&'static str),
+) -> Result<HollowSolid, SubdivideError> {
     let forced = !cage.is_quads();
     let (laid, trials) = match settings.level {
         Level::Fixed(level) => {
@@ -306,10 +359,12 @@ fn sheet(
     lay: impl Fn(&LimitSurface, &Grid) -> Vec<DVec3>,
 ) -> Result<(TriMesh, u32), SubdivideError> {
     fits(cage, level, samples)?;
-    let (mesh, level) = refined(cage, level, boundary)?;
+    let frame = cage.frame();
+    let (mesh, level) = refined(&cage.in_frame(frame), level, boundary)?;
     let surface = LimitSurface::new(mesh, boundary)?;
     let grid = grid(&surface, samples)?;
-    let positions = lay(&surface, &grid);
+    let mut positions = lay(&surface, &grid);
+    frame.leave(&mut positions);
     let triangles = grid.triangles();
     let mesh = TriMesh {
         positions,

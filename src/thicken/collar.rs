@@ -14,8 +14,8 @@
 
 use glam::DVec3;
 
+use crate::dual_contour::Numbers;
 use crate::mesh::TriMesh;
-use crate::settings::precision::Precision;
 
 use super::cut::Cut;
 use super::patch::{OnRim, Patch};
@@ -37,7 +37,7 @@ pub(super) fn settle(
     patch: &Patch,
     cut: &mut Cut,
     level: f64,
-    precision: Precision,
+    numbers: Numbers,
 ) -> Vec<Vec<Place>> {
     let mut all = Vec::with_capacity(cut.curves.len());
     for curve in 0..cut.curves.len() {
@@ -45,7 +45,7 @@ pub(super) fn settle(
         for &v in &cut.curves[curve] {
             let x = &mut cut.mesh.positions[v as usize];
             let (place, moved) = on_strip(patch, *x, level);
-            *x = precision.round_point(moved);
+            *x = numbers.round_point(moved);
             places.push(place);
         }
         // What lay beside the line where two strips meet is now on it.

@@ -9,8 +9,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::dual_contour::Numbers;
 use crate::mesh::{TriMesh, is_thin, self_intersections};
-use crate::settings::precision::Precision;
 
 use super::patch::{OnRim, Patch};
 
@@ -49,7 +49,7 @@ pub(super) fn sharpen(
     mesh: &mut TriMesh,
     thickness: f64,
     cell: f64,
-    precision: Precision,
+    numbers: Numbers,
 ) -> usize {
     let own = patch.mesh.positions.len();
     let spots: Vec<Spot> = mesh.positions[own..]
@@ -66,7 +66,7 @@ pub(super) fn sharpen(
         for (from, to) in [(a, b), (b, c), (c, a)] {
             for (strip, shell) in [(from, to), (to, from)] {
                 if let (Spot::Strip(target), Spot::Shell) = (of(strip), of(shell)) {
-                    moved.push((strip, precision.round_point(target)));
+                    moved.push((strip, numbers.round_point(target)));
                 }
             }
         }

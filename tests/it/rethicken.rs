@@ -8,7 +8,9 @@ use midsurf::io::{RadiusSource, read_mesh, read_surface};
 use midsurf::mesh::{EdgeUses, Part, PartOptions, TriMesh, self_intersections};
 use midsurf::rethicken::{BallSurface, Settings, rethicken};
 use midsurf::roundtrip::{self, Comparison};
-use midsurf::surface::{BorderKind, BorderLine, MidSurface, MidTriangle, MidVertex, VertexKind};
+use midsurf::surface::{
+    Ball, Border, BorderKind, MidSurface, MidTriangle, MidVertex, SurfaceParts, VertexKind,
+};
 use serde_json::Value;
 use smallvec::SmallVec;
 
@@ -131,14 +133,25 @@ fn the_solid_does_not_depend_on_threads_or_files() {
         &mut bytes,
     )
     .unwrap();
-    let loaded = read_surface(&desk.put("mid.ply", bytes), None, false).unwrap();
+    let loaded = read_surface(&desk.put("mid.ply", bytes), None).unwrap();
     assert!(loaded.kinds && matches!(loaded.radius, RadiusSource::Radius(_)));
-    assert_eq!(
-        rethicken(&loaded.surface, &settings, &|_, _, _| ())
-            .unwrap()
-            .mesh,
-        first
-    );
+    let again = BallSurface::of(&loaded.surface).unwrap();
+    let solid = rethicken(&again, &settings, &|_, _, _| ()).unwrap();
+    assert_eq!(solid.mesh, first);
+
+    // All that a PLY holds comes back.
+    let (was, is) = (&result.surface, &loaded.surface);
+    assert_eq!(is.triangles(), was.triangles());
+    assert_eq!(is.seams(), was.seams());
+    assert_eq!(is.borders(), was.borders());
+    assert_eq!(is.junctions(), was.junctions());
+    for (v, w) in is.vertices().iter().zip(was.vertices()) {
+        assert_eq!((v.position, v.kind), (w.position, w.kind));
+        assert_eq!(
+            (v.ball.radius, v.ball.thickness),
+            (w.ball.radius, w.ball.thickness)
+        );
+    }
 }
 
 #[test]
@@ -147,16 +160,19 @@ fn a_ply_tells_borders_by_edge() {
     let vertex = |x: f64, y: f64| MidVertex {
         position: DVec3::new(x, y, 0.0),
         kind: VertexKind::CopingBorder,
-        thickness: 2.0,
-        footpoints: SmallVec::new(),
+        ball: Ball {
+            radius: 1.0,
+            thickness: 2.0,
+            footpoints: SmallVec::new(),
+        },
     };
-    let border = |path: &[u32], kind| BorderLine {
+    let border = |path: &[u32], kind| Border {
         path: path.to_vec(),
         sheet: 0,
         kind,
         closed: false,
     };
-    let surface = MidSurface {
+    let surface = MidSurface::new(SurfaceParts {
         vertices: vec![vertex(0.0, 0.0), vertex(9.0, 0.0), vertex(0.0, 9.0)],
         triangles: vec![MidTriangle {
             corners: [0, 1, 2],
@@ -166,9 +182,9 @@ fn a_ply_tells_borders_by_edge() {
             border(&[0, 1], BorderKind::Fading),
             border(&[1, 2, 0], BorderKind::Coping),
         ],
-        sheet_count: 1,
-        ..MidSurface::default()
-    };
+        ..SurfaceParts::default()
+    })
+    .unwrap();
     let mut bytes = Vec::new();
     write_surface(
         &surface,
@@ -180,9 +196,10 @@ fn a_ply_tells_borders_by_edge() {
     let desk = Desk::new();
     let file = desk.put("mid.ply", bytes);
     let flat = |round| {
-        let loaded = read_surface(&file, None, round).unwrap();
+        let loaded = read_surface(&file, None).unwrap();
         assert!(loaded.kinds);
-        loaded.surface.flat_edges()
+        let surface = BallSurface::of(&loaded.surface).unwrap();
+        if round { surface.rounded() } else { surface }.flat_edges()
     };
     assert_eq!(BallSurface::of(&surface).unwrap().flat_edges(), 2);
     assert_eq!([flat(false), flat(true)], [2, 0]);

@@ -1,7 +1,7 @@
 //! What the commands that offset a closed part have in common: flags, the
 //! run, the report.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -14,13 +14,11 @@ use serde_json::{Value, json};
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
-use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
-
-/// Version of the JSON report's layout; raised when a reader must change.
-const SCHEMA: u32 = 1;
 
 /// Flags of `offset` and `hollow`.
 #[derive(clap::Args)]
@@ -74,8 +72,10 @@ pub(crate) fn run(
 
     let settings = args.settings(&input, distance)?;
     let show = |stage, done, expected| progress.show(stage, done, expected);
-    let mut result = offset(&input.part, &settings, &show)
-        .map_err(|error| failure(&error, &args.part, command))?;
+    let mut result = offset(&input.part, &settings, &show).map_err(|error| match error {
+        OffsetError::Empty(_) => Failure::fruitless(&args.part, &error),
+        _ => Failure::refused(&args.part, &error),
+    })?;
     let mut warnings = std::mem::take(&mut input.warnings);
     warnings.extend(result.warnings.iter().map(|w| explain(*w, distance)));
 
@@ -91,27 +91,30 @@ pub(crate) fn run(
         "write": begin.elapsed().as_secs_f64(),
         "total": start.elapsed().as_secs_f64(),
     });
-    let report = json!({
-        "schema": SCHEMA,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": command },
-        "input": {
+    let report = Envelope {
+        command,
+        input: json!({
             "part": input.file,
             "sha256": input.sha256,
             "geometry": input.geometry,
             "triangles": input.part.triangle_count(),
             "volume": input.part.volume(),
             "area": input.part.area(),
-        },
-        "settings": {
+        }),
+        settings: json!({
             "distance": distance,
             "cell": args.cell,
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
             "precision": settings.precision,
             "memory_limit": args.memory.memory_limit,
-            "threads": rayon::current_num_threads(),
             "weld": args.weld,
-        },
+        }),
+        seconds: json!(seconds),
+        outputs: args.solid.outputs(),
+        warnings: warnings.iter().collect(),
+    }
+    .around(json!({
         "result": {
             "vertices": mesh.positions.len(),
             "triangles": mesh.triangles.len(),
@@ -121,11 +124,7 @@ pub(crate) fn run(
             "centre_deviation": result.centre_deviation,
         },
         "work": work_json(&result.work),
-        "seconds": seconds,
-        "peak_memory": peak(),
-        "outputs": args.solid.output,
-        "warnings": warnings,
-    });
+    }));
     args.run.finish(staged, &report)?;
     drop(progress);
     if !args.run.quiet {
@@ -230,22 +229,4 @@ fn explain(warning: OffsetWarning, distance: f64) -> Warning {
         ),
     };
     Warning { code, message }
-}
-
-fn failure(error: &OffsetError, part: &Path, command: &str) -> Failure {
-    let message = format!("{}: {error}", part.display());
-    let help = match error {
-        OffsetError::BadDistance(_) if command == "hollow" => "give --thickness a positive length",
-        OffsetError::BadDistance(_) => {
-            "give --distance a positive length to grow, a negative one (--distance=-2) to shrink"
-        }
-        OffsetError::BadCell(_) => "give --cell a positive length, or leave it away",
-        OffsetError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
-        OffsetError::Open => "`midsurf info PART` counts the open edges",
-        OffsetError::Grid(error) => Failure::grid_help(error),
-        OffsetError::Empty(_) => {
-            return Failure::no_result(message, "take a smaller distance or a smaller --cell");
-        }
-    };
-    Failure::usage(message, help)
 }

@@ -125,8 +125,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result = extract(&input.part, &args.settings(), &show)
-        .map_err(|error| Failure::extract(&error, &args.part))?;
-    if result.surface.triangles.is_empty() {
+        .map_err(|error| Failure::refused(&args.part, &error))?;
+    if result.surface.triangles().is_empty() {
         return Err(Failure::no_result(
             format!("{}: no mid-surface was found", args.part.display()),
             "check the coping tags with `midsurf tags PART TAGS`, and take a smaller --cell",
@@ -140,7 +140,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         write: start.elapsed().as_secs_f64() - read - Seconds::of_work(&result.work),
         total: start.elapsed().as_secs_f64(),
     };
-    let report = Report::new(&input, &result, seconds);
+    let report = Report::new(&result, seconds);
     let report_json = report.json(&args, &input, &result);
     args.run.finish(staged, &report_json)?;
     drop(progress);
@@ -155,7 +155,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             say(format_args!("{line}"));
         }
     }
-    Ok(if result.cracks.is_empty() {
+    Ok(if result.graph.cracks().is_empty() {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)

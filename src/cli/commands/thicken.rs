@@ -1,6 +1,6 @@
 //! `midsurf thicken`: a solid on one side of a surface.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -14,13 +14,11 @@ use serde_json::{Value, json};
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, load, print_warnings};
-use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::SolidArgs;
-
-/// Version of the JSON report's layout; raised when a reader must change.
-const SCHEMA: u32 = 1;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -93,8 +91,10 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         warnings.extend(rounded(&loaded.mesh));
     }
     let show = |stage, done, expected| progress.show(stage, done, expected);
-    let result =
-        thicken(&loaded.mesh, &settings, &show).map_err(|error| failure(&error, &args.patch))?;
+    let result = thicken(&loaded.mesh, &settings, &show).map_err(|error| match error {
+        ThickenError::Unresolved { .. } => Failure::fruitless(&args.patch, &error),
+        _ => Failure::refused(&args.patch, &error),
+    })?;
     warnings.extend(refined(&result, settings.cell));
     warnings.extend(unsound(&result));
 
@@ -111,17 +111,21 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         "write": begin.elapsed().as_secs_f64(),
         "total": start.elapsed().as_secs_f64(),
     });
-    let report = json!({
-        "schema": SCHEMA,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": "thicken" },
-        "input": {
+    let report = Envelope {
+        command: "thicken",
+        input: json!({
             "patch": args.patch,
             "sha256": loaded.sha256,
             "triangles": loaded.mesh.triangles.len(),
             "area": loaded.mesh.area(),
             "boundaries": result.boundaries,
-        },
-        "settings": args.settings_json(&settings),
+        }),
+        settings: args.settings_json(&settings),
+        seconds: json!(seconds),
+        outputs: args.solid.outputs(),
+        warnings: warnings.iter().collect(),
+    }
+    .around(json!({
         "result": {
             "vertices": result.mesh.positions.len(),
             "triangles": result.mesh.triangles.len(),
@@ -135,11 +139,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "attempts": result.attempts,
             "sharpened": result.sharpened,
         },
-        "seconds": seconds,
-        "peak_memory": peak(),
-        "outputs": args.solid.output,
-        "warnings": warnings,
-    });
+    }));
     args.run.finish(staged, &report)?;
     drop(progress);
     if !args.run.quiet {
@@ -186,7 +186,6 @@ impl Args {
             "tolerance": settings.tolerance,
             "precision": settings.precision,
             "memory_limit": self.memory.memory_limit,
-            "threads": rayon::current_num_threads(),
         })
     }
 }
@@ -269,35 +268,4 @@ fn unsound(result: &Thickened) -> Option<Warning> {
             result.self_intersections, result.bad_edges
         ),
     })
-}
-
-fn failure(error: &ThickenError, patch: &Path) -> Failure {
-    let message = format!("{}: {error}", patch.display());
-    let help = match error {
-        ThickenError::BadThickness(_) => {
-            "give --thickness a positive length; --side says on which side"
-        }
-        ThickenError::BadCell(_) => "give --cell a positive length, or leave it away",
-        ThickenError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
-        ThickenError::CoarseCell { .. } => {
-            "take a smaller --cell; without it the cell is a quarter of the thickness"
-        }
-        ThickenError::Empty | ThickenError::BadCorner(_) => {
-            "check that the export holds the surface's faces"
-        }
-        ThickenError::NoArea { .. } => "remove triangles whose corners lie on one line",
-        ThickenError::NotManifold { .. } | ThickenError::PinchedVertex(_) => {
-            "part the sheets that meet there, and thicken them one by one"
-        }
-        ThickenError::Sides(_) => "turn the triangles so that their normals agree",
-        ThickenError::OneSided => "cut it open, so that it has two sides",
-        ThickenError::SelfIntersecting { .. } => {
-            "remove the triangles that cut each other; the side of a point means nothing there"
-        }
-        ThickenError::Grid(error) => Failure::grid_help(error),
-        ThickenError::Unresolved { .. } => {
-            return Failure::no_result(message, "take a smaller --cell or a smaller thickness");
-        }
-    };
-    Failure::usage(message, help)
 }

@@ -8,7 +8,7 @@ use crate::mesh::FaceId;
 use crate::reshape::complex::Rank;
 use crate::reshape::facing::{TRUSTED, TURN};
 use crate::reshape::shape::{Shape, crossing_gap, to_segment, to_triangle};
-use crate::surface::marked::RawVertex;
+use crate::surface::marked::MarkedVertex;
 
 /// Edges longer than this, against their target, are split: halves are then
 /// as far below the target as the edge was above.
@@ -97,7 +97,7 @@ impl Remesher<'_> {
 
     /// The point of a sheet halfway along an edge, and whether it is on the
     /// chord only.
-    fn middle(&self, a: u32, b: u32) -> (RawVertex, bool) {
+    fn middle(&self, a: u32, b: u32) -> (MarkedVertex, bool) {
         let guess = 0.5 * (self.complex.at(a) + self.complex.at(b));
         let mut hints: SmallVec<[FaceId; 12]> = SmallVec::new();
         for v in [a, b] {
@@ -108,7 +108,7 @@ impl Remesher<'_> {
         }
         let reach = 0.3 * self.length(a, b);
         let found = self.projector.on_sheet(guess, &hints, reach);
-        let turns_none = |v: &RawVertex| {
+        let turns_none = |v: &MarkedVertex| {
             (self.complex.wings(a, b).into_iter().flatten()).all(|(t, c)| {
                 let Some(corners) = self.complex.corners(t) else {
                     return false;
@@ -126,7 +126,7 @@ impl Remesher<'_> {
                 let walls = self.vertices[a as usize].walls.clone();
                 let coping = None;
                 (
-                    RawVertex {
+                    MarkedVertex {
                         at: guess,
                         walls,
                         coping,

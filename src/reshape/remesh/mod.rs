@@ -29,7 +29,7 @@ use super::complex::{Complex, Rank};
 use super::lines::Lines;
 use super::project::Projector;
 use super::size::sizes;
-use crate::surface::marked::{RawMesh, RawVertex};
+use crate::surface::marked::{MarkedMesh, MarkedVertex};
 
 /// How fine, and how true to the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -78,7 +78,11 @@ const CORNER: f64 = 30.0;
 const CORNER_WIDTH: f64 = 0.1;
 
 /// Remeshes towards an element size.
-pub fn remesh(mesh: &RawMesh, projector: &Projector, settings: &Settings) -> (RawMesh, Edits) {
+pub fn remesh(
+    mesh: &MarkedMesh,
+    projector: &Projector,
+    settings: &Settings,
+) -> (MarkedMesh, Edits) {
     let mut remesher = Remesher::new(mesh, projector, settings);
     for _ in 0..ROUNDS {
         remesher.contract_short();
@@ -98,7 +102,7 @@ pub fn remesh(mesh: &RawMesh, projector: &Projector, settings: &Settings) -> (Ra
 /// A mesh being remeshed.
 struct Remesher<'a> {
     complex: Complex,
-    vertices: Vec<RawVertex>,
+    vertices: Vec<MarkedVertex>,
     /// Whether a vertex lies on a chord only.
     chord: Vec<bool>,
     /// Target edge length at each vertex.
@@ -110,7 +114,7 @@ struct Remesher<'a> {
 }
 
 impl<'a> Remesher<'a> {
-    fn new(mesh: &RawMesh, projector: &'a Projector, settings: &Settings) -> Remesher<'a> {
+    fn new(mesh: &MarkedMesh, projector: &'a Projector, settings: &Settings) -> Remesher<'a> {
         let mut complex = Complex::new(mesh);
         let angle = CORNER.to_radians();
         for v in Lines::new(&complex, &mesh.vertices).corners(CORNER_WIDTH * settings.size, angle) {
@@ -130,7 +134,7 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    fn finish(mut self) -> (RawMesh, Edits) {
+    fn finish(mut self) -> (MarkedMesh, Edits) {
         let used = |v: u32| !self.complex.around(v).is_empty();
         let chords = (0..self.vertices.len()).filter(|&v| self.chord[v] && used(v as u32));
         self.edits.chords = chords.count();
@@ -148,7 +152,7 @@ impl<'a> Remesher<'a> {
     }
 
     /// Puts a vertex to its new place.
-    fn settle(&mut self, v: u32, vertex: RawVertex, chord: bool) {
+    fn settle(&mut self, v: u32, vertex: MarkedVertex, chord: bool) {
         self.complex.put(v, vertex.at);
         self.vertices[v as usize] = vertex;
         self.chord[v as usize] = chord;
@@ -164,7 +168,7 @@ impl<'a> Remesher<'a> {
     }
 
     /// The point of a line at a place, and whether it is on a chord only.
-    fn line_point(&self, line: u32, place: f64) -> (RawVertex, bool) {
+    fn line_point(&self, line: u32, place: f64) -> (MarkedVertex, bool) {
         let course = self.lines.course(line);
         course.point(place, self.projector)
     }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::Remesher;
 use super::edits::POOR;
 use crate::reshape::complex::Rank;
-use crate::surface::marked::RawVertex;
+use crate::surface::marked::MarkedVertex;
 
 /// How far a vertex may be put back onto the surface, against the target edge
 /// length there.
@@ -20,7 +20,7 @@ const STILL: f64 = 1e-3;
 
 /// Where a vertex goes.
 struct Move {
-    vertex: RawVertex,
+    vertex: MarkedVertex,
     chord: bool,
     /// Place along its line.
     place: Option<(u32, f64)>,

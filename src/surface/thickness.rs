@@ -1,38 +1,47 @@
 //! Thickness over a mid-surface, weighted by area.
 
-use midsurf::surface::MidSurface;
+use crate::surface::MidSurface;
 use serde::Serialize;
 
-/// Figures of the thickness, part units.
+/// Figures of the thickness, part units: least, percentiles of the area,
+/// greatest, and mean.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Thickness {
-    pub(crate) min: f64,
-    pub(crate) p5: f64,
-    pub(crate) p25: f64,
-    pub(crate) p50: f64,
-    pub(crate) p75: f64,
-    pub(crate) p95: f64,
-    pub(crate) max: f64,
-    pub(crate) mean: f64,
+pub struct Thickness {
+    /// Least.
+    pub min: f64,
+    /// 5 % of the area is thinner.
+    pub p5: f64,
+    /// 25 % of the area is thinner.
+    pub p25: f64,
+    /// 50 % of the area is thinner.
+    pub p50: f64,
+    /// 75 % of the area is thinner.
+    pub p75: f64,
+    /// 95 % of the area is thinner.
+    pub p95: f64,
+    /// Greatest.
+    pub max: f64,
+    /// Mean over the area.
+    pub mean: f64,
 }
 
 impl Thickness {
     /// Every vertex counts with a third of the area of its triangles; none
     /// without triangles.
-    pub(crate) fn of(surface: &MidSurface) -> Option<Thickness> {
-        let mut weights = vec![0.0; surface.vertices.len()];
-        for triangle in &surface.triangles {
+    pub fn of(surface: &MidSurface) -> Option<Thickness> {
+        let mut weights = vec![0.0; surface.vertices().len()];
+        for triangle in surface.triangles() {
             let corners = triangle.corners.map(|v| v as usize);
-            let [a, b, c] = corners.map(|v| surface.vertices[v].position);
+            let [a, b, c] = corners.map(|v| surface.vertices()[v].position);
             let area = 0.5 * (b - a).cross(c - a).length();
             for corner in corners {
                 weights[corner] += area / 3.0;
             }
         }
-        let vertices = surface.vertices.iter().zip(weights);
+        let vertices = surface.vertices().iter().zip(weights);
         let mut samples: Vec<(f64, f64)> = vertices
             .filter(|(_, weight)| *weight > 0.0)
-            .map(|(vertex, weight)| (vertex.thickness, weight))
+            .map(|(vertex, weight)| (vertex.ball.thickness, weight))
             .collect();
         samples.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (first, last) = (samples.first()?.0, samples.last()?.0);
@@ -60,9 +69,8 @@ impl Thickness {
 
 #[cfg(test)]
 mod tests {
+    use crate::surface::{Ball, MidTriangle, MidVertex, SurfaceParts, VertexKind};
     use glam::DVec3;
-    use midsurf::surface::{MidTriangle, MidVertex, VertexKind};
-    use smallvec::SmallVec;
 
     use super::*;
 
@@ -80,15 +88,18 @@ mod tests {
         let vertices = points.iter().enumerate().map(|(n, [x, y])| MidVertex {
             position: DVec3::new(*x, *y, 0.0),
             kind: VertexKind::Sheet,
-            thickness: if n < 3 { 1.0 } else { 5.0 },
-            footpoints: SmallVec::new(),
+            ball: Ball {
+                thickness: if n < 3 { 1.0 } else { 5.0 },
+                ..Ball::default()
+            },
         });
         let triangle = |corners| MidTriangle { corners, sheet: 0 };
-        let surface = MidSurface {
+        let surface = MidSurface::new(SurfaceParts {
             vertices: vertices.collect(),
             triangles: vec![triangle([0, 1, 2]), triangle([3, 4, 5])],
-            ..MidSurface::default()
-        };
+            ..SurfaceParts::default()
+        })
+        .unwrap();
         let t = Thickness::of(&surface).unwrap();
         assert_eq!(
             (t.min, t.p5, t.p50, t.p95, t.max),
