@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use glam::DVec3;
 use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
@@ -15,7 +16,7 @@ use crate::reshape::ElementSettings;
 use crate::reshape::clean;
 use crate::reshape::crease::mark_creases;
 use crate::reshape::project::Projector;
-use crate::reshape::remesh::{self, remesh};
+use crate::reshape::remesh::{self, Meshed, remesh};
 use crate::settings::cell::{BadCell, CellSize, Scale};
 use crate::settings::memory::{MEMORY_LIMIT, TooFine};
 use crate::settings::progress::{Progress, Stop, Stopped};
@@ -122,6 +123,10 @@ pub struct Extraction {
     pub surface: MidSurface,
     /// Sheets, seams, borders and junctions.
     pub graph: SheetGraph,
+    /// Pairs of triangles that make quadrilaterals; see [`Meshed::quads`].
+    pub quads: Vec<[u32; 2]>,
+    /// Middles of edges of a remeshed surface; see [`Meshed::middles`].
+    pub middles: Vec<([u32; 2], DVec3)>,
     /// Coping faces that no border reached: features closed over.
     pub closed_over: Vec<ClosedOver>,
     /// What it took.
@@ -171,18 +176,28 @@ pub fn extract_until(
     stop.heed()?;
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 
-    let (meshed, edits) = match element_settings(part, &profile, settings)? {
+    let meshed = match element_settings(part, &profile, settings)? {
         Some(wanted) => {
             progress("remesh", 0, 0);
             remesh(&traced, &projector, &wanted)
         }
-        None => (traced, remesh::Edits::default()),
+        None => Meshed {
+            mesh: traced,
+            ..Meshed::default()
+        },
     };
     stop.heed()?;
     let before = field_seconds + trace_seconds + mesh_seconds;
     let remesh_seconds = start.elapsed().as_secs_f64() - before;
-    let mut surface = build(&meshed, feet::balls(&meshed, &field));
+    let Meshed {
+        mesh,
+        quads,
+        mut middles,
+        edits,
+    } = meshed;
+    let mut surface = build(&mesh, feet::balls(&mesh, &field));
     surface.leave(frame);
+    frame.leave(middles.iter_mut().map(|m| &mut m.1));
     let graph = SheetGraph::of(&surface);
     let closed_over = closed_over(whole, &surface, cell);
     let graph_seconds = start.elapsed().as_secs_f64() - before - remesh_seconds;
@@ -199,6 +214,8 @@ pub fn extract_until(
     Ok(Extraction {
         surface,
         graph,
+        quads,
+        middles,
         closed_over,
         work,
     })

@@ -28,6 +28,8 @@ pub struct ElementSettings {
     pub sag: CellSize,
     /// Growth of edges away from fine places, by length.
     pub grading: f64,
+    /// Whether triangles pair to quadrilaterals.
+    pub quads: bool,
 }
 
 impl ElementSettings {
@@ -37,6 +39,7 @@ impl ElementSettings {
             size,
             sag: CellSize::Thicknesses(remesh::Settings::SAG),
             grading: remesh::Settings::GRADING,
+            quads: false,
         }
     }
 
@@ -50,6 +53,7 @@ impl ElementSettings {
             size: self.size.resolve(scale)?,
             sag: self.sag.resolve(scale)?,
             grading: self.grading,
+            quads: self.quads,
         })
     }
 }

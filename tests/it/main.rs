@@ -12,6 +12,7 @@ mod parts;
 mod readers;
 mod readme;
 mod reports;
+mod reshape;
 mod rethicken;
 mod snapshots;
 mod subdivide;

@@ -86,6 +86,7 @@ impl Report {
                 "cell_length": work.cell,
                 "angle": args.angle,
                 "keep_fins": args.keep_fins,
+                "elements": args.elements.settings(),
                 "memory_limit": args.memory.memory_limit,
                 "allow_open": args.allow_open,
                 "weld": args.weld,
@@ -116,6 +117,7 @@ impl Report {
                 "queries": work.counts.queries,
                 "queries_per_edge": work.counts.queries_per_edge,
                 "lost": work.counts.lost,
+                "remeshing": work.edits,
             },
         }))
     }
@@ -187,6 +189,7 @@ impl Report {
                 with_length(counts.fading_borders, self.figures.fading_border_length),
                 counted(counts.boundary_components, "connected piece"),
             ),
+            format!("creases      {}", counts.creases),
             format!("cracks       {}", cracks.len()),
         ];
         if let Some(t) = self.thickness {

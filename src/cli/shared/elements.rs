@@ -31,6 +31,9 @@ pub(crate) struct ElementArgs {
         allow_negative_numbers = true
     )]
     pub(crate) grading: f64,
+    /// Pair triangles to quadrilaterals; formats without them get the triangles
+    #[arg(long, requires = "element_size")]
+    pub(crate) quads: bool,
 }
 
 impl ElementArgs {
@@ -40,6 +43,7 @@ impl ElementArgs {
             size,
             sag: self.sag,
             grading: self.grading,
+            quads: self.quads,
         })
     }
 }

@@ -75,24 +75,33 @@ impl Remesher<'_> {
 
     fn split(&mut self, a: u32, b: u32) {
         let line = (self.complex.class(a, b)).and_then(|_| self.lines.of_edge(a, b));
-        let (vertex, chord, place) = match line {
-            Some(line) => {
-                let [s, t] = self.lines.span(&self.complex, line, a, b);
-                let (vertex, chord) = self.line_point(line, 0.5 * (s + t));
-                (vertex, chord, 0.5 * (s + t))
-            }
-            None => {
-                let (vertex, chord) = self.middle(a, b);
-                (vertex, chord, 0.0)
-            }
-        };
+        let (vertex, chord) = self.halfway(a, b);
+        let place = line.map_or(0.0, |line| {
+            let [s, t] = self.lines.span(&self.complex, line, a, b);
+            0.5 * (s + t)
+        });
         let new = self.complex.split(a, b, vertex.at);
         self.lines.split(a, b, new, place);
         self.vertices.push(vertex);
         self.chord.push(chord);
+        self.normals.push(DVec3::ZERO);
+        self.note_normal(new);
         let size = 0.5 * (self.size[a as usize] + self.size[b as usize]);
         self.size.push(size);
         self.edits.split += 1;
+    }
+
+    /// The point halfway along an edge, of its line or sheet, and whether it
+    /// is on the chord only.
+    pub(super) fn halfway(&self, a: u32, b: u32) -> (MarkedVertex, bool) {
+        let line = (self.complex.class(a, b)).and_then(|_| self.lines.of_edge(a, b));
+        match line {
+            Some(line) => {
+                let [s, t] = self.lines.span(&self.complex, line, a, b);
+                self.line_point(line, 0.5 * (s + t))
+            }
+            None => self.middle(a, b),
+        }
     }
 
     /// The point of a sheet halfway along an edge, and whether it is on the
@@ -201,6 +210,7 @@ impl Remesher<'_> {
             let new = complex.shape_with(c, u, to);
             if new.flatness < FLATTEST.min(0.9 * old.flatness)
                 || !complex.keeps_direction(t, c, &old, &new)
+                || !self.upright(c.map(|w| if w == u { v } else { w }), &new)
             {
                 return None;
             }
@@ -302,6 +312,9 @@ impl Remesher<'_> {
             .collect();
         let agree = |s: &Shape| trusted.iter().all(|n| n.dot(s.normal) >= TURN);
         if !new.iter().all(agree) || new[0].normal.dot(new[1].normal) < TURN {
+            return false;
+        }
+        if !self.upright([a, d, c], &new[0]) || !self.upright([d, b, c], &new[1]) {
             return false;
         }
         let gap = crossing_gap([at(a), at(b)], [at(c), at(d)]);

@@ -21,13 +21,16 @@
 //!   together than [`Settings::grading`] can make up for.
 
 mod edits;
+mod quads;
 mod relax;
 
+use glam::DVec3;
 use serde::Serialize;
 
 use super::complex::{Complex, Rank};
 use super::lines::Lines;
 use super::project::Projector;
+use super::shape::Shape;
 use super::size::sizes;
 use crate::surface::marked::{MarkedMesh, MarkedVertex};
 
@@ -40,6 +43,22 @@ pub struct Settings {
     pub sag: f64,
     /// Growth of edges away from fine places, by length.
     pub grading: f64,
+    /// Whether to pair triangles to quadrilaterals.
+    pub quads: bool,
+}
+
+/// A mesh of elements.
+#[derive(Clone, Debug, Default)]
+pub struct Meshed {
+    /// Its triangles.
+    pub mesh: MarkedMesh,
+    /// Pairs of triangles that make a quadrilateral without the edge between
+    /// them, lower number first; each triangle once at most.
+    pub quads: Vec<[u32; 2]>,
+    /// Middles of edges on their sheets and lines, low vertex first.
+    pub middles: Vec<([u32; 2], DVec3)>,
+    /// What was done.
+    pub edits: Edits,
 }
 
 impl Settings {
@@ -74,15 +93,15 @@ const POLISH: usize = 4;
 /// A line has a corner where it turns by more, degrees.
 const CORNER: f64 = 30.0;
 
+/// Cosine of the angle by which a triangle may lean against the sheet at its
+/// corners: 60 degrees, more than a sheet turns in its dip towards a seam.
+const LEANING: f64 = 0.5;
+
 /// Turns within this share of the element size count as one corner.
 const CORNER_WIDTH: f64 = 0.1;
 
 /// Remeshes towards an element size.
-pub fn remesh(
-    mesh: &MarkedMesh,
-    projector: &Projector,
-    settings: &Settings,
-) -> (MarkedMesh, Edits) {
+pub fn remesh(mesh: &MarkedMesh, projector: &Projector, settings: &Settings) -> Meshed {
     let mut remesher = Remesher::new(mesh, projector, settings);
     for _ in 0..ROUNDS {
         remesher.contract_short();
@@ -96,7 +115,19 @@ pub fn remesh(
         remesher.relax();
         remesher.nudge_poor();
     }
-    remesher.finish()
+    let quads = if settings.quads {
+        remesher.pair()
+    } else {
+        Vec::new()
+    };
+    let middles = remesher.middles();
+    let (mesh, edits) = remesher.finish();
+    Meshed {
+        mesh,
+        quads,
+        middles,
+        edits,
+    }
 }
 
 /// A mesh being remeshed.
@@ -105,6 +136,9 @@ struct Remesher<'a> {
     vertices: Vec<MarkedVertex>,
     /// Whether a vertex lies on a chord only.
     chord: Vec<bool>,
+    /// Normal of the sheet at each vertex inside one, either way up; zero
+    /// elsewhere.
+    normals: Vec<DVec3>,
     /// Target edge length at each vertex.
     size: Vec<f64>,
     lines: Lines,
@@ -122,8 +156,9 @@ impl<'a> Remesher<'a> {
         }
         let lines = Lines::new(&complex, &mesh.vertices);
         let size = sizes(&complex, &mesh.vertices, &lines, projector, settings);
-        Remesher {
+        let mut remesher = Remesher {
             vertices: mesh.vertices.clone(),
+            normals: vec![DVec3::ZERO; mesh.vertices.len()],
             chord: vec![false; mesh.vertices.len()],
             size,
             lines,
@@ -131,7 +166,31 @@ impl<'a> Remesher<'a> {
             projector,
             sag: settings.sag,
             edits: Edits::default(),
+        };
+        for v in 0..mesh.vertices.len() as u32 {
+            remesher.note_normal(v);
         }
+        remesher
+    }
+
+    /// Keeps the normal of the sheet at a vertex that has a new place.
+    fn note_normal(&mut self, v: u32) {
+        let vertex = &self.vertices[v as usize];
+        self.normals[v as usize] = match vertex.walls.as_slice() {
+            &[a, b] if self.complex.rank(v) == Rank::Inner => {
+                self.projector.normal(vertex.at, a, b)
+            }
+            _ => DVec3::ZERO,
+        };
+    }
+
+    /// Whether a triangle lies along the sheet at each corner inside it. None
+    /// can turn over without standing upright on the way.
+    fn upright(&self, corners: [u32; 3], shape: &Shape) -> bool {
+        corners.iter().all(|&v| {
+            let normal = self.normals[v as usize];
+            normal == DVec3::ZERO || normal.dot(shape.normal).abs() >= LEANING
+        })
     }
 
     fn finish(mut self) -> (MarkedMesh, Edits) {
@@ -156,6 +215,7 @@ impl<'a> Remesher<'a> {
         self.complex.put(v, vertex.at);
         self.vertices[v as usize] = vertex;
         self.chord[v as usize] = chord;
+        self.note_normal(v);
     }
 
     /// Whether a vertex moves along a line, and on which.

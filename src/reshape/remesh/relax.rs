@@ -19,8 +19,8 @@ const FREE: f64 = 0.5;
 const STILL: f64 = 1e-3;
 
 /// Where a vertex goes.
-struct Move {
-    vertex: MarkedVertex,
+pub(super) struct Move {
+    pub(super) vertex: MarkedVertex,
     chord: bool,
     /// Place along its line.
     place: Option<(u32, f64)>,
@@ -43,11 +43,17 @@ impl Remesher<'_> {
         }
     }
 
-    fn try_move(&mut self, v: u32, to: Move, better: impl Fn(f64, f64) -> bool) -> bool {
+    pub(super) fn try_move(&mut self, v: u32, to: Move, better: impl Fn(f64, f64) -> bool) -> bool {
         let old = self.complex.worst_around(v);
         let Some(new) = self.complex.moved(v, to.vertex.at) else {
             return false;
         };
+        let around = self.complex.around(v).iter();
+        let corners = around.filter_map(|&t| self.complex.corners(t));
+        let upright = |c: [u32; 3]| self.upright(c, &self.complex.shape_with(c, v, to.vertex.at));
+        if !corners.into_iter().all(upright) {
+            return false;
+        }
         if !better(new, old) {
             return false;
         }
@@ -69,7 +75,7 @@ impl Remesher<'_> {
         }
     }
 
-    fn relaxed_on_line(&self, v: u32) -> Option<Move> {
+    pub(super) fn relaxed_on_line(&self, v: u32) -> Option<Move> {
         let (line, [a, b]) = self.line_at(v)?;
         let [s, t] = self.lines.span(&self.complex, line, v, a);
         let [s_again, u] = self.lines.span(&self.complex, line, v, b);
@@ -109,7 +115,7 @@ impl Remesher<'_> {
 
     /// A vertex of a sheet moved towards `to`, within its tangent plane and
     /// back onto the surface.
-    fn on_sheet(&self, v: u32, to: DVec3) -> Option<Move> {
+    pub(super) fn on_sheet(&self, v: u32, to: DVec3) -> Option<Move> {
         let here = &self.vertices[v as usize];
         let mut guess = to;
         if let &[a, b, ..] = here.walls.as_slice() {
