@@ -15,12 +15,12 @@ use super::Remesher;
 use super::relax::Move;
 use crate::reshape::complex::Rank;
 
-/// Scaled Jacobian that a pair must have: a corner of 37 degrees, or one as
-/// far from a straight angle. Half is what solvers ask for.
-const LEAST: f64 = 0.6;
+/// Scaled Jacobian that a pair must have; half is what solvers ask for.
+const LEAST: f64 = 0.52;
 
-/// A quadrilateral bends by less over either diagonal, degrees.
-const WARP: f64 = 8.0;
+/// A quadrilateral bends by less over either diagonal, degrees; ten is what
+/// solvers ask for.
+const WARP: f64 = 9.8;
 
 /// Rounds of moving vertices.
 const ROUNDS: usize = 8;
@@ -167,7 +167,8 @@ impl Remesher<'_> {
             let worst = |at: &dyn Fn(u32) -> DVec3| {
                 let around = self.complex.around(v).iter();
                 let quads = around.filter_map(|&t| halves[t as usize].map(|h| h.1));
-                quads.map(|q| jacobian(q.map(at))).fold(1.0, f64::min)
+                let good = |p: [DVec3; 4]| if warp(p) <= WARP { jacobian(p) } else { 0.0 };
+                quads.map(|q| good(q.map(at))).fold(1.0, f64::min)
             };
             let (old, new) = (worst(&|w| self.complex.at(w)), worst(&at));
             if new >= old.min(FREE) {
