@@ -3,9 +3,11 @@
 mod broken_files;
 mod cli_input;
 mod common;
+mod detect;
 mod end_to_end;
 mod exactness;
 mod far;
+mod harm;
 mod invariance;
 mod offset;
 mod parts;
