@@ -11,12 +11,12 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use crate::field::thickness::Ray;
 use crate::mesh::FaceId;
 use crate::surface::marked::{Line, MarkedVertex};
 use crate::trace::follow::contour::CREASE_ANGLE;
 use crate::trace::solve::{Condition, distance_to, on_coping, solve};
 use crate::walls::Walls;
+use crate::walls::thickness::Ray;
 
 /// Steps of Newton's method on one tie; near a solution three suffice.
 const STEPS: usize = 16;
