@@ -193,9 +193,14 @@ pub fn extract_until(
         mesh,
         quads,
         mut middles,
+        balls: carried,
         edits,
     } = meshed;
-    let mut surface = build(&mesh, feet::balls(&mesh, &field));
+    let mut balls = feet::balls(&mesh, &field);
+    for (v, ball) in carried {
+        balls[v as usize] = ball;
+    }
+    let mut surface = build(&mesh, balls);
     surface.leave(frame);
     frame.leave(middles.iter_mut().map(|m| &mut m.1));
     let graph = SheetGraph::of(&surface);

@@ -15,6 +15,7 @@ pub mod remesh;
 mod shape;
 mod size;
 
+use remesh::Junctions;
 use serde::Serialize;
 
 use crate::settings::cell::{BadCell, CellSize, Scale};
@@ -30,6 +31,8 @@ pub struct ElementSettings {
     pub grading: f64,
     /// Whether triangles pair to quadrilaterals.
     pub quads: bool,
+    /// How sheets run where they meet.
+    pub junctions: Junctions,
 }
 
 impl ElementSettings {
@@ -40,6 +43,7 @@ impl ElementSettings {
             sag: CellSize::Thicknesses(remesh::Settings::SAG),
             grading: remesh::Settings::GRADING,
             quads: false,
+            junctions: Junctions::Medial,
         }
     }
 
@@ -54,6 +58,7 @@ impl ElementSettings {
             sag: self.sag.resolve(scale)?,
             grading: self.grading,
             quads: self.quads,
+            junctions: self.junctions,
         })
     }
 }

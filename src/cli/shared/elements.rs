@@ -1,7 +1,7 @@
 //! Flags for the elements of a shell model.
 
 use midsurf::reshape::ElementSettings;
-use midsurf::reshape::remesh::Settings;
+use midsurf::reshape::remesh::{Junctions, Settings};
 use midsurf::settings::cell::CellSize;
 
 use super::numbers::positive;
@@ -34,6 +34,24 @@ pub(crate) struct ElementArgs {
     /// Pair triangles to quadrilaterals; formats without them get the triangles
     #[arg(long, requires = "element_size")]
     pub(crate) quads: bool,
+    /// How sheets run where they meet
+    #[arg(
+        long,
+        value_name = "HOW",
+        value_enum,
+        default_value_t = JunctionsArg::Medial,
+        requires = "element_size"
+    )]
+    pub(crate) junctions: JunctionsArg,
+}
+
+/// As [`Junctions`].
+#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
+pub(crate) enum JunctionsArg {
+    /// Equally far from the nearest walls, dipping towards seams and bends
+    Medial,
+    /// In the middle of their own walls up to where they meet
+    Straight,
 }
 
 impl ElementArgs {
@@ -44,6 +62,10 @@ impl ElementArgs {
             sag: self.sag,
             grading: self.grading,
             quads: self.quads,
+            junctions: match self.junctions {
+                JunctionsArg::Medial => Junctions::Medial,
+                JunctionsArg::Straight => Junctions::Straight,
+            },
         })
     }
 }

@@ -84,6 +84,7 @@ impl Remesher<'_> {
         self.lines.split(a, b, new, place);
         self.vertices.push(vertex);
         self.chord.push(chord);
+        self.straight.push(None);
         self.normals.push(DVec3::ZERO);
         self.note_normal(new);
         let size = 0.5 * (self.size[a as usize] + self.size[b as usize]);
@@ -96,11 +97,13 @@ impl Remesher<'_> {
     pub(super) fn halfway(&self, a: u32, b: u32) -> (MarkedVertex, bool) {
         let line = (self.complex.class(a, b)).and_then(|_| self.lines.of_edge(a, b));
         match line {
-            Some(line) => {
+            Some(line) if !self.frozen => {
                 let [s, t] = self.lines.span(&self.complex, line, a, b);
                 self.line_point(line, 0.5 * (s + t))
             }
-            None => self.middle(a, b),
+            // A chord of straight walls lies in them.
+            _ if self.is_straight(a) || self.is_straight(b) => self.chord_middle(a, b),
+            _ => self.middle(a, b),
         }
     }
 
@@ -131,19 +134,22 @@ impl Remesher<'_> {
         };
         match found.filter(turns_none) {
             Some(vertex) => (vertex, false),
-            None => {
-                let walls = self.vertices[a as usize].walls.clone();
-                let coping = None;
-                (
-                    MarkedVertex {
-                        at: guess,
-                        walls,
-                        coping,
-                    },
-                    true,
-                )
-            }
+            None => self.chord_middle(a, b),
         }
+    }
+
+    fn is_straight(&self, v: u32) -> bool {
+        self.straight[v as usize].is_some()
+    }
+
+    /// The middle of an edge, said to be on the chord only.
+    fn chord_middle(&self, a: u32, b: u32) -> (MarkedVertex, bool) {
+        let vertex = MarkedVertex {
+            at: 0.5 * (self.complex.at(a) + self.complex.at(b)),
+            walls: self.vertices[a as usize].walls.clone(),
+            coping: None,
+        };
+        (vertex, true)
     }
 
     pub(super) fn contract_short(&mut self) {

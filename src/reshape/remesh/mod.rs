@@ -23,6 +23,7 @@
 mod edits;
 mod quads;
 mod relax;
+mod straight;
 
 use glam::DVec3;
 use serde::Serialize;
@@ -32,7 +33,9 @@ use super::lines::Lines;
 use super::project::Projector;
 use super::shape::Shape;
 use super::size::sizes;
+use crate::surface::Ball;
 use crate::surface::marked::{MarkedMesh, MarkedVertex};
+use straight::Support;
 
 /// How fine, and how true to the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -45,6 +48,19 @@ pub struct Settings {
     pub grading: f64,
     /// Whether to pair triangles to quadrilaterals.
     pub quads: bool,
+    /// How sheets run where they meet.
+    pub junctions: Junctions,
+}
+
+/// How sheets run where they meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Junctions {
+    /// Equally far from the nearest walls: dipping towards seams and bends.
+    #[default]
+    Medial,
+    /// In the middle of their own walls up to where they meet.
+    Straight,
 }
 
 /// A mesh of elements.
@@ -57,6 +73,8 @@ pub struct Meshed {
     pub quads: Vec<[u32; 2]>,
     /// Middles of edges on their sheets and lines, low vertex first.
     pub middles: Vec<([u32; 2], DVec3)>,
+    /// Balls of vertices that were carried off the medial surface, by number.
+    pub balls: Vec<(u32, Ball)>,
     /// What was done.
     pub edits: Edits,
 }
@@ -109,6 +127,9 @@ pub fn remesh(mesh: &MarkedMesh, projector: &Projector, settings: &Settings) -> 
         remesher.flip_poor();
         remesher.relax();
     }
+    if settings.junctions == Junctions::Straight {
+        remesher.straighten();
+    }
     for _ in 0..POLISH {
         remesher.contract_poor();
         remesher.flip_poor();
@@ -121,11 +142,13 @@ pub fn remesh(mesh: &MarkedMesh, projector: &Projector, settings: &Settings) -> 
         Vec::new()
     };
     let middles = remesher.middles();
+    let balls = remesher.straight_balls();
     let (mesh, edits) = remesher.finish();
     Meshed {
         mesh,
         quads,
         middles,
+        balls,
         edits,
     }
 }
@@ -142,6 +165,10 @@ struct Remesher<'a> {
     /// Target edge length at each vertex.
     size: Vec<f64>,
     lines: Lines,
+    /// The wall carried on to a vertex, once junctions are straight.
+    straight: Vec<Option<Support>>,
+    /// Whether lines stay where they are.
+    frozen: bool,
     projector: &'a Projector<'a>,
     sag: f64,
     edits: Edits,
@@ -160,6 +187,8 @@ impl<'a> Remesher<'a> {
             vertices: mesh.vertices.clone(),
             normals: vec![DVec3::ZERO; mesh.vertices.len()],
             chord: vec![false; mesh.vertices.len()],
+            straight: vec![None; mesh.vertices.len()],
+            frozen: false,
             size,
             lines,
             complex,
@@ -176,6 +205,10 @@ impl<'a> Remesher<'a> {
     /// Keeps the normal of the sheet at a vertex that has a new place.
     fn note_normal(&mut self, v: u32) {
         let vertex = &self.vertices[v as usize];
+        if let Some(support) = self.support_of(v) {
+            self.normals[v as usize] = support.normal;
+            return;
+        }
         self.normals[v as usize] = match vertex.walls.as_slice() {
             &[a, b] if self.complex.rank(v) == Rank::Inner => {
                 self.projector.normal(vertex.at, a, b)

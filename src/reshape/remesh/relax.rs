@@ -76,6 +76,9 @@ impl Remesher<'_> {
     }
 
     pub(super) fn relaxed_on_line(&self, v: u32) -> Option<Move> {
+        if self.frozen {
+            return None;
+        }
         let (line, [a, b]) = self.line_at(v)?;
         let [s, t] = self.lines.span(&self.complex, line, v, a);
         let [s_again, u] = self.lines.span(&self.complex, line, v, b);
@@ -117,6 +120,17 @@ impl Remesher<'_> {
     /// back onto the surface.
     pub(super) fn on_sheet(&self, v: u32, to: DVec3) -> Option<Move> {
         let here = &self.vertices[v as usize];
+        if let Some(support) = self.support_of(v) {
+            let at = support.onto(to);
+            let still = at.distance(here.at) <= STILL * self.size[v as usize];
+            let vertex = MarkedVertex { at, ..here.clone() };
+            let (chord, place) = (false, None);
+            return (!still).then_some(Move {
+                vertex,
+                chord,
+                place,
+            });
+        }
         let mut guess = to;
         if let &[a, b, ..] = here.walls.as_slice() {
             let normal = self.projector.normal(here.at, a, b);
@@ -157,6 +171,7 @@ impl Remesher<'_> {
             let step = share * self.size[v as usize];
             let options: Vec<Option<Move>> = match self.complex.rank(v) {
                 Rank::Corner => return,
+                Rank::Line if self.frozen => return,
                 Rank::Line => {
                     let Some((line, [a, _])) = self.line_at(v) else {
                         return;
