@@ -4,6 +4,7 @@ mod broken_files;
 mod cli_input;
 mod common;
 mod detect;
+mod elements;
 mod end_to_end;
 mod exactness;
 mod far;
@@ -20,4 +21,6 @@ mod snapshots;
 mod subdivide;
 mod tags;
 mod thicken;
+#[cfg(feature = "view")]
+mod view;
 mod writers;
