@@ -22,6 +22,7 @@ use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::MidSurface;
 use crate::surface::build::build;
 use crate::surface::graph::SheetGraph;
+use crate::surface::marked::Line;
 use crate::trace::feet;
 use crate::trace::walk::{Counts, Tracer};
 use crate::walls::thickness::ThicknessProfile;
@@ -172,7 +173,10 @@ pub fn extract_until(
     progress("mesh", 0, 0);
     let traced = clean::clean_on(tracer.assemble(), cell, &field);
     let projector = Projector::new(&walls);
-    let traced = clean::clean_on(mark_creases(traced, &projector), cell, &field);
+    let mut traced = mark_creases(traced, &projector);
+    if traced.lines.values().any(|&line| line == Line::Crease) {
+        traced = clean::clean_on(traced, cell, &field);
+    }
     stop.heed()?;
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 

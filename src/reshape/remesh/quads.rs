@@ -1,13 +1,13 @@
 //! Quadrilaterals: pairs of triangles without the edge between them.
 //!
-//! Which triangles pair is a maximum matching (Remacle and others,
-//! "Blossom-Quad", 2012) among the pairs that make a good quadrilateral. Then
-//! vertices move so that its corners come nearer to right angles. The halves
-//! stay in the mesh: whoever takes no quadrilaterals takes them.
+//! Which triangles pair is a matching among the pairs that make a good
+//! quadrilateral (Remacle and others, "Blossom-Quad", 2012), grown by
+//! augmenting paths of bounded length: unlike the maximum matching there, it
+//! takes time in proportion to the mesh. Then vertices move so that corners
+//! come nearer to right angles. The halves stay in the mesh: whoever takes no
+//! quadrilaterals takes them.
 
 use glam::DVec3;
-use petgraph::algo::maximum_matching;
-use petgraph::graph::{NodeIndex, UnGraph};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
@@ -28,9 +28,9 @@ const ROUNDS: usize = 8;
 /// A move may lower the worst scaled Jacobian down to this.
 const FREE: f64 = 0.8;
 
-/// What one more pair is worth against the quality of all: pairs of good shape
-/// are matched first, then what is left.
-const GOOD: f64 = 0.8;
+/// Pairs that may change partners to let one more pair in. A maximum matching
+/// would search farther for next to nothing.
+const LONGEST: usize = 9;
 
 /// Corners of a quadrilateral in order, from the two triangles of an edge.
 fn corners([a, b]: [u32; 2], c: u32, d: u32) -> [u32; 4] {
@@ -65,6 +65,55 @@ fn warp(p: [DVec3; 4]) -> f64 {
 /// A triangle that may be half of a quadrilateral: its other half, and the
 /// corners of both.
 type Halves = Vec<Option<(u32, [u32; 4])>>;
+
+/// A matching that grows.
+struct Matching {
+    /// Good other halves of each triangle, best first.
+    options: Vec<SmallVec<[(u32, [u32; 4]); 3]>>,
+    halves: Halves,
+}
+
+impl Matching {
+    fn is_lone(&self, t: u32) -> bool {
+        self.halves[t as usize].is_none()
+    }
+
+    fn join(&mut self, s: u32, t: u32, quad: [u32; 4]) {
+        self.halves[s as usize] = Some((t, quad));
+        self.halves[t as usize] = Some((s, quad));
+    }
+
+    /// Gives a triangle another half over at most `depth` pairs that change
+    /// partners; `path` holds the triangles on the way. Whether it did.
+    fn augment(&mut self, t: u32, depth: usize, path: &mut SmallVec<[u32; 32]>) -> bool {
+        path.push(t);
+        for n in 0..self.options[t as usize].len() {
+            let (s, quad) = self.options[t as usize][n];
+            if path.contains(&s) {
+                continue;
+            }
+            let partner = self.halves[s as usize].map(|half| half.0);
+            let free = match partner {
+                None => true,
+                Some(p) if depth > 0 && !path.contains(&p) => {
+                    path.push(s);
+                    let moved = self.augment(p, depth - 1, path);
+                    moved || {
+                        path.pop();
+                        false
+                    }
+                }
+                Some(_) => false,
+            };
+            if free {
+                self.join(t, s, quad);
+                return true;
+            }
+        }
+        path.pop();
+        false
+    }
+}
 
 impl Remesher<'_> {
     /// Pairs triangles and betters the pairs' shapes. Each pair is given once,
@@ -102,7 +151,9 @@ impl Remesher<'_> {
         jacobian(p) >= LEAST && warp(p) <= WARP
     }
 
-    /// Pairs as many triangles as can be: those of good shape first.
+    /// Pairs triangles, those of the best shape first, then along paths on
+    /// which pairs and other good neighbours alternate: such a path between two
+    /// lone triangles gives one pair more.
     fn matched(&self) -> Halves {
         let count = self.complex.triangle_count();
         let mut wanted: Vec<(f64, u32, u32, [u32; 4])> = Vec::new();
@@ -112,40 +163,31 @@ impl Remesher<'_> {
             };
             // Both triangles run the same way round the quadrilateral.
             let quad = corners([a, b], c, d);
-            let p = quad.map(|v| self.complex.at(v));
             if self.is_good(quad) {
-                wanted.push((jacobian(p), s, t, quad));
+                let quality = jacobian(quad.map(|v| self.complex.at(v)));
+                wanted.push((quality, s, t, quad));
             }
         }
-        wanted.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)).then(x.2.cmp(&y.2)));
-        let mut halves: Halves = vec![None; count];
-        let mut quads = rustc_hash::FxHashMap::default();
-        let mut graph: UnGraph<(), ()> = UnGraph::default();
-        for _ in 0..count {
-            graph.add_node(());
-        }
-        for (quality, s, t, quad) in wanted {
-            let taken = halves[s as usize].is_some() || halves[t as usize].is_some();
-            if quality >= GOOD && !taken {
-                halves[s as usize] = Some((t, quad));
-                halves[t as usize] = Some((s, quad));
+        wanted.sort_by(|x, y| y.0.total_cmp(&x.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        let mut matching = Matching {
+            options: vec![SmallVec::new(); count],
+            halves: vec![None; count],
+        };
+        for (_, s, t, quad) in wanted {
+            matching.options[s as usize].push((t, quad));
+            matching.options[t as usize].push((s, quad));
+            if matching.is_lone(s) && matching.is_lone(t) {
+                matching.join(s, t, quad);
             }
-            quads.insert((s.min(t), s.max(t)), quad);
-            graph.add_edge(NodeIndex::new(s as usize), NodeIndex::new(t as usize), ());
         }
-        let matching = maximum_matching(&graph);
-        let greedy = halves.iter().flatten().count();
-        if matching.len() * 2 > greedy {
-            halves = vec![None; count];
-            for (s, t) in matching.edges() {
-                let (s, t) = (s.index() as u32, t.index() as u32);
-                if let Some(&quad) = quads.get(&(s.min(t), s.max(t))) {
-                    halves[s as usize] = Some((t, quad));
-                    halves[t as usize] = Some((s, quad));
+        for depth in 1..=LONGEST {
+            for t in 0..count as u32 {
+                if matching.is_lone(t) {
+                    matching.augment(t, depth, &mut SmallVec::new());
                 }
             }
         }
-        halves
+        matching.halves
     }
 
     /// Moves vertices towards the middle of the elements round them.
