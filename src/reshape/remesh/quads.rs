@@ -62,14 +62,17 @@ fn warp(p: [DVec3; 4]) -> f64 {
     if worst.is_finite() { worst } else { 180.0 }
 }
 
-/// A triangle that may be half of a quadrilateral: its other half, and the
+/// What makes a triangle half of a quadrilateral: its other half, and the
 /// corners of both.
-type Halves = Vec<Option<(u32, [u32; 4])>>;
+type Half = (u32, [u32; 4]);
+
+/// The other half of each triangle that has one.
+type Halves = Vec<Option<Half>>;
 
 /// A matching that grows.
 struct Matching {
     /// Good other halves of each triangle, best first.
-    options: Vec<SmallVec<[(u32, [u32; 4]); 3]>>,
+    options: Vec<SmallVec<[Half; 3]>>,
     halves: Halves,
 }
 
