@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::edges::{EdgeCensus, EdgeKind, EdgeUses};
 use super::error::{PartError, PartWarning};
 use super::orient::{make_consistent, make_outward, report};
+use super::shells::turn_by_nesting;
 use super::weld::{Weld, weld_exact, weld_within};
 use super::{Bounds, FaceId, Part, TriMesh};
 
@@ -84,7 +85,8 @@ impl Part {
         if closed {
             check_volume(&mesh)?;
         }
-        warnings.extend(make_outward(&mut mesh, &uses));
+        warnings.extend(make_outward(&mut mesh));
+        warnings.extend(turn_by_nesting(&mut mesh, &uses));
         warnings.extend(check_walls(&mesh, &coping)?);
         Ok((
             Part {
@@ -122,7 +124,7 @@ fn check_numbers(mesh: &TriMesh) -> Result<(), PartError> {
     Ok(())
 }
 
-fn drop_unused(mesh: TriMesh) -> TriMesh {
+pub(super) fn drop_unused(mesh: TriMesh) -> TriMesh {
     let mut used = vec![false; mesh.positions.len()];
     for &v in mesh.triangles.iter().flatten() {
         used[v as usize] = true;

@@ -184,9 +184,17 @@ pub enum PartWarning {
         /// Their triangles.
         triangles: usize,
     },
-    /// Shells too many to check each for being inside out.
+    /// Shells lay inside others the wrong way round for what they are there: a
+    /// cavity, mostly. They were turned.
+    ShellsNested {
+        /// Shells turned.
+        shells: usize,
+        /// Their triangles.
+        triangles: usize,
+    },
+    /// Shells too many to find out which lies in which.
     ShellsUnchecked {
-        /// Shells of negative volume left as they are.
+        /// Shells left as they are.
         shells: usize,
     },
     /// Triangles were turned to agree with their neighbours.
@@ -238,6 +246,7 @@ impl PartWarning {
             PartWarning::Welded { .. } => "welded",
             PartWarning::Turned { .. } => "turned",
             PartWarning::ShellsTurned { .. } => "shells_turned",
+            PartWarning::ShellsNested { .. } => "shells_nested",
             PartWarning::ShellsUnchecked { .. } => "shells_unchecked",
             PartWarning::Reoriented { .. } => "reoriented",
             PartWarning::Open { .. } => "open",
@@ -264,9 +273,18 @@ impl fmt::Display for PartWarning {
                 f,
                 "{shells} shells were inside out; their {triangles} triangles were turned"
             ),
+            PartWarning::ShellsNested { shells, triangles } => write!(
+                f,
+                "{shells} {} inside another shell the same way round as that; {triangles} triangles were turned, so that a shell in a shell is a cavity and one in a cavity is solid",
+                if *shells == 1 {
+                    "shell lies"
+                } else {
+                    "shells lie"
+                },
+            ),
             PartWarning::ShellsUnchecked { shells } => write!(
                 f,
-                "{shells} shells of negative volume were taken for cavities without a check, there being too many"
+                "{shells} shells were left as they are, too many to find out which lies in which"
             ),
             PartWarning::Reoriented { triangles, first } => write!(
                 f,

@@ -12,6 +12,8 @@ mod intersect;
 mod measure;
 mod orient;
 pub mod sets;
+mod shells;
+mod unite;
 mod weld;
 
 use glam::DVec3;
@@ -22,6 +24,8 @@ pub use error::{EdgeReport, PartError, PartWarning};
 pub use frame::Frame;
 pub use intersect::{clash, self_intersections};
 pub use measure::{Bounds, is_thin};
+pub use shells::{Shell, closed_shells};
+pub use unite::UniteError;
 pub use weld::{Weld, weld_exact, weld_within};
 
 /// Triangle of the part, by its place among the part's triangles (0-based).

@@ -5,12 +5,16 @@
 //! (`solid`: signed distance less offset, with closed forms along grid edges),
 //! and [`dual_contour`] makes the mesh.
 //!
+//! Bodies that overlap or touch are made one solid first (`bodies`): surface
+//! inside it would keep its distance too.
+//!
 //! Deviations from the paper, each explained where it is made: distances and
 //! tolerances in f64, an 8-wide tree in place of swept sphere volumes, edges
 //! split where the closed form says instead of in the middle, vertices moved on
 //! from the quadratic error function to the exact surface, chords that stray
 //! split once, and sheets in one cell parted.
 
+mod bodies;
 mod solid;
 #[cfg(test)]
 mod tests;
@@ -24,11 +28,14 @@ use thiserror::Error;
 
 use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Numbers, Work};
 use crate::field::Field;
-use crate::mesh::{Bounds, Frame, Part, TriMesh, self_intersections};
+use crate::mesh::{Bounds, Frame, Part, TriMesh};
 use crate::settings::cell::{self, BadCell};
 use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
+use bodies::one_solid;
 use solid::OffsetSolid;
+
+pub use bodies::{Void, Voids};
 
 /// What to offset by, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +53,8 @@ pub struct Settings {
     pub memory_limit: u64,
     /// Filters of the narrow band.
     pub filters: Filters,
+    /// What becomes of cavities that the part has.
+    pub voids: Voids,
 }
 
 impl Settings {
@@ -65,6 +74,7 @@ impl Settings {
             precision: Precision::Double,
             memory_limit: 8 << 30,
             filters: Filters::default(),
+            voids: Voids::Keep,
         }
     }
 }
@@ -100,7 +110,14 @@ pub enum OffsetError {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OffsetWarning {
-    /// The part cuts through itself; insidedness is by winding number.
+    /// The part's bodies overlap or touch, or it cuts through itself; they were
+    /// made one solid first.
+    United {
+        /// Pairs of triangles that cut or touched.
+        pairs: usize,
+    },
+    /// The part cuts through itself and could not be made one solid;
+    /// insidedness is by winding number.
     SelfIntersecting {
         /// Pairs of triangles that do.
         pairs: usize,
@@ -118,6 +135,11 @@ pub enum OffsetWarning {
 pub struct Offset {
     /// Closed, manifold, outward, without self-intersections, not empty.
     pub mesh: TriMesh,
+    /// The solid that was offset, where it is not the part as given: its bodies
+    /// in one, or its cavities filled.
+    pub solid: Option<Part>,
+    /// Cavities of that solid.
+    pub voids: Vec<Void>,
     /// What the user should know.
     pub warnings: Vec<OffsetWarning>,
     /// Distance from the true offset at corners of triangles, sampled evenly
@@ -152,9 +174,11 @@ pub fn offset(
     let distance = settings.distance;
     let start = Instant::now();
     progress("field", 0, 0);
+    let bodies = one_solid(part, settings.voids);
+    let part = bodies.solid.as_ref().unwrap_or(part);
     let frame = Frame::around(&part.bounds().grown(distance.max(0.0)));
     let part = &*part.in_frame(frame);
-    let (field, warnings) = field(part, settings);
+    let (field, warnings) = field(part, settings, bodies.warning);
     let field_seconds = start.elapsed().as_secs_f64();
 
     let solid = OffsetSolid::new(&field, distance);
@@ -172,6 +196,8 @@ pub fn offset(
     frame.leave(&mut contour.mesh.positions);
     Ok(Offset {
         mesh: contour.mesh,
+        solid: bodies.solid,
+        voids: bodies.voids,
         warnings,
         corner_deviation,
         centre_deviation,
@@ -182,7 +208,8 @@ pub fn offset(
 
 /// A part with a cavity that leaves walls of the same thickness everywhere:
 /// the part's own triangles, and its shrunk offset turned inside out after
-/// them.
+/// them. Where the offset was made of another solid than the part as given
+/// ([`Offset::solid`]), that is the part to hollow.
 pub fn hollowed(part: &Part, shrunk: &TriMesh) -> TriMesh {
     let mut mesh = part.mesh().clone();
     let first = mesh.positions.len() as u32;
@@ -215,14 +242,15 @@ fn check(part: &Part, settings: &Settings) -> Result<(), OffsetError> {
     Ok(())
 }
 
-fn field(part: &Part, settings: &Settings) -> (Field, Vec<OffsetWarning>) {
-    let mesh = part.mesh();
-    let pairs = self_intersections(mesh).len();
-    let mut field = Field::of_mesh(mesh);
-    let mut warnings = Vec::new();
-    if pairs > 0 {
+fn field(
+    part: &Part,
+    settings: &Settings,
+    bodies: Option<OffsetWarning>,
+) -> (Field, Vec<OffsetWarning>) {
+    let mut field = Field::of_mesh(part.mesh());
+    let mut warnings: Vec<OffsetWarning> = bodies.into_iter().collect();
+    if let Some(OffsetWarning::SelfIntersecting { .. }) = bodies {
         field = field.by_winding();
-        warnings.push(OffsetWarning::SelfIntersecting { pairs });
     } else if !field.is_closed_manifold() {
         warnings.push(OffsetWarning::NotManifold);
     }

@@ -30,7 +30,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
-    closed_part::run(&args.part, "hollow", -args.thickness, |input, mesh| {
-        hollowed(&input.part, &mesh)
+    closed_part::run(&args.part, "hollow", -args.thickness, |part, mesh| {
+        hollowed(part, &mesh)
     })
 }
