@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -11,12 +12,13 @@ use crate::lattice::Lattice;
 use crate::mesh::{Frame, Part};
 use crate::reshape::clean;
 use crate::settings::cell::{BadCell, CellSize, Scale};
-use crate::settings::memory::TooFine;
+use crate::settings::memory::{MEMORY_LIMIT, TooFine};
 use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::MidSurface;
-use crate::surface::graph;
-use crate::surface::graph::{Crack, SheetGraph};
-use crate::trace::walk::Tracer;
+use crate::surface::build::build;
+use crate::surface::graph::SheetGraph;
+use crate::trace::feet;
+use crate::trace::walk::{Counts, Tracer};
 use crate::walls::{Separation, Walls};
 
 /// What to extract and how finely.
@@ -38,7 +40,7 @@ impl Default for Settings {
             cell: CellSize::Auto,
             min_angle: DEFAULT_ANGLE,
             keep_fins: false,
-            memory_limit: 8 << 30,
+            memory_limit: MEMORY_LIMIT,
         }
     }
 }
@@ -56,21 +58,26 @@ const KEPT_FIN_ANGLE: f64 = 40.0;
 const BYTES_PER_CELL: f64 = 7000.0;
 
 /// Why nothing could be extracted.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ExtractError {
     /// The cell size is no length.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     BadCell(BadCell),
     /// No wall of the part faces another.
     #[error(
         "no wall faces another wall: the wall thickness is unknown; give a cell size, and check the coping tags"
     )]
+    #[diagnostic(help("`midsurf tags PART TAGS` shows what is tagged; --cell takes a length"))]
     NoThickness,
     /// The lattice would not fit.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     TooFine(#[from] TooFine),
     /// It was asked to stop; see [`extract_until`].
     #[error("stopped on request")]
+    #[diagnostic(help("start again"))]
     Stopped,
 }
 
@@ -85,24 +92,9 @@ impl From<Stopped> for ExtractError {
 pub struct Work {
     /// Cell size used, part units.
     pub cell: f64,
-    /// Lattice cells that hold a piece of the mid-surface.
-    pub cells: usize,
-    /// Tetrahedra solved.
-    pub tetrahedra: usize,
-    /// Faces solved.
-    pub faces: usize,
-    /// Lattice edges solved.
-    pub edges: usize,
-    /// Closest-point queries in all.
-    pub queries: u64,
-    /// Closest-point queries a lattice edge, its nodes included.
-    pub queries_per_edge: f64,
-    /// Places where a follower could not go on; they show as cracks unless
-    /// they closed otherwise.
-    pub lost: usize,
-    /// Loops closed by matching what was left open, where a curve was lost or
-    /// a sheet stops being one on the way.
-    pub matched: usize,
+    /// What the lattice walk took.
+    #[serde(flatten)]
+    pub counts: Counts,
     /// Building the field.
     pub field_seconds: f64,
     /// Following the mid-surface.
@@ -118,8 +110,6 @@ pub struct Extraction {
     pub surface: MidSurface,
     /// Sheets, seams, borders and junctions.
     pub graph: SheetGraph,
-    /// Edges that end without a border: something is missing there.
-    pub cracks: Vec<Crack>,
     /// What it took.
     pub work: Work,
 }
@@ -160,11 +150,11 @@ pub fn extract_until(
     let trace_seconds = start.elapsed().as_secs_f64() - field_seconds;
 
     progress("mesh", 0, 0);
-    let raw = clean::clean_on(tracer.assemble(), cell, &field);
+    let traced = clean::clean_on(tracer.assemble(), cell, &field);
     stop.heed()?;
-    let (mut surface, graph, mut cracks) = graph::build(&raw, &field);
+    let mut surface = build(&traced, feet::balls(&traced, &field));
     surface.leave(frame);
-    frame.leave(cracks.iter_mut().map(|crack| &mut crack.at));
+    let graph = SheetGraph::of(&surface);
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 
     let work = Work {
@@ -172,12 +162,11 @@ pub fn extract_until(
         field_seconds,
         trace_seconds,
         mesh_seconds,
-        ..tracer.work()
+        counts: tracer.counts(),
     };
     Ok(Extraction {
         surface,
         graph,
-        cracks,
         work,
     })
 }

@@ -64,7 +64,7 @@ fn enclosure() {
     let mut cell = 2.0;
     for _ in 0..4 {
         let (result, _) = run(&part, cell);
-        cell *= (result.work.cells as f64 / PAPER_CELLS).sqrt();
+        cell *= (result.work.counts.cells as f64 / PAPER_CELLS).sqrt();
     }
     let mut seconds = Vec::new();
     let mut work = None;
@@ -79,8 +79,8 @@ fn enclosure() {
         "enclosure: {} triangles, cell {cell:.3}, {} active cells, {:.2} queries an edge: \
          median {:.3} s, fastest {:.3} s, of it trace {:.3} s; peak {} MB",
         part.triangle_count(),
-        work.cells,
-        work.queries_per_edge,
+        work.counts.cells,
+        work.counts.queries_per_edge,
         seconds[2],
         seconds[0],
         work.trace_seconds,
@@ -134,7 +134,7 @@ fn one_plate(cell: f64) {
     let before = memory("VmRSS:");
     let (result, seconds) = run(&part, cell * PLATE_THICKNESS);
     let peak = memory("VmHWM:");
-    let cells = result.work.cells as f64;
+    let cells = result.work.counts.cells as f64;
     let own = peak
         .zip(before)
         .map(|(peak, before)| (peak - before) / cells);
@@ -142,9 +142,9 @@ fn one_plate(cell: f64) {
     println!(
         "| {cell} | {} | {} | {} | {} | {seconds:.2} | {:.2} | {} | {:.1} | {} |",
         part.triangle_count(),
-        result.work.cells,
-        result.surface.triangles.len(),
-        result.cracks.len(),
+        result.work.counts.cells,
+        result.surface.triangles().len(),
+        result.graph.cracks().len(),
         result.work.trace_seconds,
         shown(peak.map(|bytes| bytes / 1e6)),
         1e6 * seconds / cells,

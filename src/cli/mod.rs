@@ -10,7 +10,7 @@ mod shared;
 use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use miette::MietteHandlerOpts;
 
 use commands::{extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags, thicken};
@@ -59,8 +59,12 @@ pub fn run() -> ExitCode {
                 .build(),
         )
     }));
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
+    let parsed = Cli::command().try_get_matches().and_then(|matches| {
+        let cli = Cli::from_arg_matches(&matches)?;
+        Ok((cli, flags(&matches)))
+    });
+    let (cli, flags) = match parsed {
+        Ok(parsed) => parsed,
         Err(error) => error.exit(),
     };
     let outcome = match cli.command {
@@ -77,8 +81,22 @@ pub fn run() -> ExitCode {
     match outcome {
         Ok(code) => code,
         Err(failure) => {
-            failure.print();
-            failure.exit_code()
+            let code = failure.exit_code();
+            failure.print(&flags);
+            code
         }
     }
+}
+
+/// Long flags of the command that was named, without their dashes.
+fn flags(matches: &ArgMatches) -> Vec<String> {
+    let (mut command, mut matches) = (Cli::command(), matches);
+    while let Some((name, inner)) = matches.subcommand() {
+        match command.find_subcommand(name).cloned() {
+            Some(found) => (command, matches) = (found, inner),
+            None => break,
+        }
+    }
+    let names = command.get_arguments().filter_map(|flag| flag.get_long());
+    names.map(str::to_owned).collect()
 }

@@ -9,32 +9,38 @@ use thiserror::Error;
 use super::rule::{Located, Span};
 
 /// What is wrong with a tag file, or between it and the mesh.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum TagProblem {
     /// The system refused.
     #[error("cannot be read: {0}")]
+    #[diagnostic(help("check the path, the spelling of the name and the permissions"))]
     Io(#[source] std::io::Error),
     /// The grammar is broken.
     #[error("{0}")]
+    #[diagnostic(help("correct the file at this place"))]
     Syntax(String),
     /// A statement of the text form that is none.
     #[error("{word:?} is no tag: expected a triangle index, a range a-b, or `group: NAME`")]
+    #[diagnostic(help("write `12`, `40-57` or `group: rim_*`; `#` starts a comment"))]
     NotATag {
         /// What stands there.
         word: String,
     },
     /// Text that looks like the TOML form.
     #[error("this looks like the TOML form of tags, but the file's name does not end in .toml")]
+    #[diagnostic(help("rename the file to end in .toml"))]
     TomlInText,
     /// No index and no range.
     #[error("{word:?} is no triangle index or range")]
+    #[diagnostic(help("write `12`, `40-57`, or `40-57:2` for every second"))]
     NotARange {
         /// What stands there.
         word: String,
     },
     /// A range whose end comes first.
     #[error("the range {first}-{last} runs backwards")]
+    #[diagnostic(help("put the lower index first"))]
     BackwardRange {
         /// Start as written.
         first: u64,
@@ -43,12 +49,16 @@ pub enum TagProblem {
     },
     /// Index 0 where counting starts at 1.
     #[error("index 0 cannot occur when indices count from {base}")]
+    #[diagnostic(help("correct the index, or set index_base = 0"))]
     BelowBase {
         /// First index.
         base: u64,
     },
     /// An index past the mesh's facets.
     #[error("triangle {index} does not exist: the mesh has {facets} (0 to {})", facets.saturating_sub(1))]
+    #[diagnostic(help(
+        "indices count the `f` lines of an OBJ or the facets of an STL from 0; check that the tags belong to this mesh"
+    ))]
     OutOfRange {
         /// 0-based index.
         index: u64,
@@ -57,21 +67,27 @@ pub enum TagProblem {
     },
     /// A value that makes no sense.
     #[error("{0}")]
+    #[diagnostic(help("correct the value"))]
     BadValue(String),
     /// A rule without a condition.
     #[error("the rule {rule:?} has no condition, so it would select everything")]
+    #[diagnostic(help("add `triangles`, `group`, `object`, `material`, `plane`, `box` or `near`"))]
     NoCondition {
         /// The rule.
         rule: String,
     },
     /// A rule that selects nothing.
     #[error("the rule {rule:?} selects no triangle")]
+    #[diagnostic(help(
+        "check its conditions with `midsurf tags PART TAGS`, or set on_empty = \"warn\" under [options]"
+    ))]
     SelectsNothing {
         /// The rule.
         rule: String,
     },
     /// A pattern that no name fits.
     #[error("no {kind} name of the mesh fits {pattern:?}{known}")]
+    #[diagnostic(help("`midsurf info PART` lists the names of a mesh"))]
     NoSuchName {
         /// Kind of name.
         kind: &'static str,
@@ -84,6 +100,9 @@ pub enum TagProblem {
     #[error(
         "the flood fill of the rule {rule:?} passed its largest area {max_area}: it reached {area:.6} with {triangles} triangles"
     )]
+    #[diagnostic(help(
+        "lower grow_angle so that it stops at the edge of the face, or raise max_area"
+    ))]
     FloodTooLarge {
         /// The rule.
         rule: String,
@@ -96,6 +115,9 @@ pub enum TagProblem {
     },
     /// The tags belong to another mesh.
     #[error("these tags are for another mesh: {what} should be {expected}, but {mesh} has {found}")]
+    #[diagnostic(help(
+        "use the mesh that the tags were made for, or check the tags against this one and update [mesh]"
+    ))]
     OtherMesh {
         /// What differs.
         what: &'static str,
@@ -106,40 +128,6 @@ pub enum TagProblem {
         /// The mesh's file.
         mesh: String,
     },
-}
-
-impl TagProblem {
-    /// What the user can do about it.
-    pub fn remedy(&self) -> &'static str {
-        match self {
-            TagProblem::Io(_) => "check the path, the spelling of the name and the permissions",
-            TagProblem::Syntax(_) => "correct the file at this place",
-            TagProblem::NotATag { .. } => {
-                "write `12`, `40-57` or `group: rim_*`; `#` starts a comment"
-            }
-            TagProblem::TomlInText => "rename the file to end in .toml",
-            TagProblem::NotARange { .. } => "write `12`, `40-57`, or `40-57:2` for every second",
-            TagProblem::BackwardRange { .. } => "put the lower index first",
-            TagProblem::BelowBase { .. } => "correct the index, or set index_base = 0",
-            TagProblem::OutOfRange { .. } => {
-                "indices count the `f` lines of an OBJ or the facets of an STL from 0; check that the tags belong to this mesh"
-            }
-            TagProblem::BadValue(_) => "correct the value",
-            TagProblem::NoCondition { .. } => {
-                "add `triangles`, `group`, `object`, `material`, `plane`, `box` or `near`"
-            }
-            TagProblem::SelectsNothing { .. } => {
-                "check its conditions with `midsurf tags PART TAGS`, or set on_empty = \"warn\" under [options]"
-            }
-            TagProblem::NoSuchName { .. } => "`midsurf info PART` lists the names of a mesh",
-            TagProblem::FloodTooLarge { .. } => {
-                "lower grow_angle so that it stops at the edge of the face, or raise max_area"
-            }
-            TagProblem::OtherMesh { .. } => {
-                "use the mesh that the tags were made for, or check the tags against this one and update [mesh]"
-            }
-        }
-    }
 }
 
 /// Why a tag file could not be used.
@@ -219,7 +207,7 @@ impl std::error::Error for TagError {}
 
 impl Diagnostic for TagError {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new(self.0.problem.remedy()))
+        self.0.problem.help()
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {

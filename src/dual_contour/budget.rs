@@ -1,5 +1,6 @@
 //! A grid that fits: memory asked before it is taken.
 
+use miette::Diagnostic;
 use thiserror::Error;
 
 use super::grid::Grid;
@@ -19,16 +20,19 @@ const BYTES_PER_NODE: f64 = 8.0;
 const CELLS_PER_FACE: f64 = 2.0;
 
 /// Why there is no grid.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum GridError {
     /// The grid would not fit.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     TooFine(#[from] TooFine),
     /// More cells along an axis than the grid can count, or planes that the
     /// numbers allowed cannot tell apart.
     #[error(
         "cell size {cell} is too small for a box of {size:.6} at {far:.6} from the origin; use a larger cell{hint}"
     )]
+    #[diagnostic(help("move it nearer to the origin; take a larger --cell"))]
     NoGrid {
         /// Cell asked for.
         cell: f64,

@@ -31,32 +31,42 @@ impl Place {
 }
 
 /// What is wrong with a file.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum Problem {
     /// The system refused.
     #[error("cannot be read: {0}")]
+    #[diagnostic(help("check the path, the spelling of the name and the permissions"))]
     Io(#[source] io::Error),
     /// A folder or the like.
     #[error("is not a file")]
+    #[diagnostic(help("name a mesh file"))]
     NotAFile,
     /// Suffix of no known format.
     #[error("has no suffix of a known mesh format")]
+    #[diagnostic(help(
+        "use .obj, .stl, .ply or .off; a STEP file can be meshed with `gmsh -2 part.step -o part.stl`"
+    ))]
     UnknownFormat,
     /// Suffix of a format that cannot hold a control mesh, or of none.
     #[error("a control mesh is read from OBJ alone")]
+    #[diagnostic(help("export the control mesh, not its subdivision, as polygons in .obj"))]
     NoControlFormat,
     /// No bytes.
     #[error("the file is empty")]
+    #[diagnostic(help("export or download the file again"))]
     Empty,
     /// A web page, an archive, a pointer to elsewhere.
     #[error("this is {0}, not a mesh")]
+    #[diagnostic(help("download the raw file, unpack it, or rename it to its true suffix"))]
     Foreign(&'static str),
     /// Ended before its time.
     #[error("the file ends too early: {0}")]
+    #[diagnostic(help("the file is damaged or was cut in transfer: export or copy it again"))]
     Truncated(String),
     /// A count that the size of the file contradicts.
     #[error("the file claims {claimed} {what}, but {reason}")]
+    #[diagnostic(help("the file is damaged or was cut in transfer: export or copy it again"))]
     LyingCount {
         /// What is counted.
         what: &'static str,
@@ -67,24 +77,28 @@ pub enum Problem {
     },
     /// A word that should be a number.
     #[error("{word:?} is not a number")]
+    #[diagnostic(help("write numbers with a decimal point and no thousands separators"))]
     NotANumber {
         /// The word.
         word: String,
     },
     /// NaN, an infinity, or beyond the range of the arithmetic.
     #[error("the coordinate {word} is not a finite number")]
+    #[diagnostic(help("repair the vertex in the tool that wrote the file"))]
     NotFinite {
         /// The word or value.
         word: String,
     },
     /// A word that should be a vertex index.
     #[error("{word:?} is not a vertex index")]
+    #[diagnostic(help("write whole numbers, as in `f 1 2 3` or `f 1/1/1 2/2/1 3/3/1`"))]
     NotAnIndex {
         /// The word.
         word: String,
     },
     /// A vertex index out of range.
     #[error("vertex {index} does not exist: the file has {vertices} vertices{}", if *relative { " up to here" } else { "" })]
+    #[diagnostic(help("export the file again; a cut or hand-edited file often misses vertices"))]
     IndexOutOfRange {
         /// The index as written.
         index: i64,
@@ -95,69 +109,33 @@ pub enum Problem {
     },
     /// A facet of fewer than three corners.
     #[error("a face needs three corners, this one has {corners}")]
+    #[diagnostic(help("remove the face or complete it"))]
     FewCorners {
         /// Corners given.
         corners: usize,
     },
     /// A polygon too large to triangulate here.
     #[error("a face with {corners} corners is too large to be triangulated")]
+    #[diagnostic(help("export the mesh as triangles"))]
     ManyCorners {
         /// Corners given.
         corners: usize,
     },
     /// No facets in the file.
     #[error("the file holds no faces{}", if *vertices > 0 { ", only points" } else { "" })]
+    #[diagnostic(help("export the surface mesh, not points or curves"))]
     NoFaces {
         /// Points found.
         vertices: usize,
     },
     /// More than the index type can number.
     #[error("more than 4294967294 {0}")]
+    #[diagnostic(help("split or coarsen the mesh"))]
     TooMany(&'static str),
     /// The grammar of the format is broken.
     #[error("{0}")]
+    #[diagnostic(help("export the file again, or correct it at this place"))]
     Syntax(String),
-}
-
-impl Problem {
-    /// What the user can do about it.
-    pub fn remedy(&self) -> &'static str {
-        match self {
-            Problem::Io(error) if error.kind() == io::ErrorKind::NotFound => {
-                "check the path and the spelling of the name"
-            }
-            Problem::Io(_) => "check the path and the permissions",
-            Problem::NotAFile => "name a mesh file",
-            Problem::UnknownFormat => {
-                "use .obj, .stl, .ply or .off; a STEP file can be meshed with `gmsh -2 part.step -o part.stl`"
-            }
-            Problem::NoControlFormat => {
-                "export the control mesh, not its subdivision, as polygons in .obj"
-            }
-            Problem::Empty => "export or download the file again",
-            Problem::Foreign(_) => {
-                "download the raw file, unpack it, or rename it to its true suffix"
-            }
-            Problem::Truncated(_) | Problem::LyingCount { .. } => {
-                "the file is damaged or was cut in transfer: export or copy it again"
-            }
-            Problem::NotANumber { .. } => {
-                "write numbers with a decimal point and no thousands separators"
-            }
-            Problem::NotFinite { .. } => "repair the vertex in the tool that wrote the file",
-            Problem::NotAnIndex { .. } => {
-                "write whole numbers, as in `f 1 2 3` or `f 1/1/1 2/2/1 3/3/1`"
-            }
-            Problem::IndexOutOfRange { .. } => {
-                "export the file again; a cut or hand-edited file often misses vertices"
-            }
-            Problem::FewCorners { .. } => "remove the face or complete it",
-            Problem::ManyCorners { .. } => "export the mesh as triangles",
-            Problem::NoFaces { .. } => "export the surface mesh, not points or curves",
-            Problem::TooMany(_) => "split or coarsen the mesh",
-            Problem::Syntax(_) => "export the file again, or correct it at this place",
-        }
-    }
 }
 
 /// Why a mesh file could not be read.
@@ -203,7 +181,7 @@ impl std::error::Error for ReadError {}
 
 impl Diagnostic for ReadError {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new(self.problem.remedy()))
+        self.problem.help()
     }
 }
 

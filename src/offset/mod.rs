@@ -22,6 +22,7 @@ mod tests;
 use std::time::Instant;
 
 use glam::DVec3;
+use miette::Diagnostic;
 use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
@@ -30,6 +31,7 @@ use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, N
 use crate::field::Field;
 use crate::mesh::{Bounds, Frame, Part, TriMesh};
 use crate::settings::cell::{self, BadCell};
+use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
 use bodies::one_solid;
@@ -72,7 +74,7 @@ impl Settings {
             cell: size.max_element() / Settings::CELLS,
             tolerance: Settings::TOLERANCE * distance.abs(),
             precision: Precision::Double,
-            memory_limit: 8 << 30,
+            memory_limit: MEMORY_LIMIT,
             filters: Filters::default(),
             voids: Voids::Keep,
         }
@@ -80,29 +82,40 @@ impl Settings {
 }
 
 /// Why there is no offset.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum OffsetError {
     /// The distance is zero or no number.
     #[error("offset distance {0} is not a length other than zero")]
+    #[diagnostic(help(
+        "give --distance a positive length to grow, a negative one (--distance=-2) to shrink"
+    ))]
     BadDistance(f64),
     /// The cell size is no length.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     BadCell(#[from] BadCell),
     /// The tolerance is not a positive number.
     #[error("tolerance {0} is not a positive length")]
+    #[diagnostic(help(
+        "give --tolerance a positive length; leave --tolerance away for the default"
+    ))]
     BadTolerance(f64),
     /// The part is open: it has no inside.
     #[error(
         "the part is open, so it has no inside to grow or shrink; close its gaps, or thicken it as a surface"
     )]
+    #[diagnostic(help("`midsurf info PART` counts the open edges"))]
     Open,
     /// No grid.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Grid(#[from] GridError),
     /// Nothing is left.
     #[error(
         "nothing is left: no point of the part is farther than {0} from its surface (or what is left is thinner than a cell)"
     )]
+    #[diagnostic(help("take a smaller distance or thickness, or smaller cells"))]
     Empty(f64),
 }
 

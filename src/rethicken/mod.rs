@@ -38,12 +38,14 @@ mod tree;
 
 use std::time::Instant;
 
+use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
 
 use crate::dual_contour::{self, Filters, Grid, GridError, Numbers, Work};
 use crate::mesh::TriMesh;
 use crate::settings::cell::{self, BadCell};
+use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
 use solid::SlabSolid;
@@ -71,15 +73,12 @@ impl Settings {
     /// Default of [`Settings::tolerance`], over the median thickness.
     pub const TOLERANCE: f64 = 1e-3;
 
-    /// Default of [`Settings::memory_limit`].
-    pub const MEMORY_LIMIT: u64 = 8 << 30;
-
     /// Default settings for a surface: a quarter of the least thickness a
     /// cell, but not finer than an eighth of the median nor than a quarter
     /// of the memory bound.
     pub fn new(surface: &BallSurface) -> Settings {
         let (least, median) = (surface.least_thickness(), surface.median_thickness());
-        let memory_limit = Settings::MEMORY_LIMIT;
+        let memory_limit = MEMORY_LIMIT;
         let cell = (least / Settings::CELLS)
             .max(median / 8.0)
             .max(dual_contour::smallest_cell(
@@ -96,13 +95,16 @@ impl Settings {
 }
 
 /// Why there is no solid.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum RethickenError {
     /// There is nothing to thicken.
     #[error("the surface has no triangles")]
+    #[diagnostic(help("extract the mid-surface again"))]
     NoTriangles,
     /// A vertex has no radius, or a radius no vertex.
     #[error("{radii} radii for {vertices} vertices")]
+    #[diagnostic(help("extract the mid-surface again"))]
     RadiusCount {
         /// Radii given.
         radii: usize,
@@ -111,18 +113,21 @@ pub enum RethickenError {
     },
     /// A triangle names a vertex that is not there.
     #[error("the triangle {corners:?} names a vertex that does not exist")]
+    #[diagnostic(help("extract the mid-surface again"))]
     BadIndex {
         /// Its corners.
         corners: [u32; 3],
     },
     /// A position is no point.
     #[error("the position of vertex {vertex} is not finite")]
+    #[diagnostic(help("extract the mid-surface again"))]
     BadPosition {
         /// The first such vertex, counted from 0.
         vertex: usize,
     },
     /// A radius is negative or no number.
     #[error("the radius {radius} of vertex {vertex} is not a length ({count} such in all)")]
+    #[diagnostic(help("extract the mid-surface again"))]
     BadRadius {
         /// The first such vertex, counted from 0.
         vertex: usize,
@@ -133,18 +138,25 @@ pub enum RethickenError {
     },
     /// All radii are zero.
     #[error("the thickness is zero everywhere")]
+    #[diagnostic(help("extract the mid-surface again"))]
     NoThickness,
     /// The cell size is no length.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     BadCell(#[from] BadCell),
     /// The tolerance is not a positive number.
     #[error("tolerance {0} is not a positive length")]
+    #[diagnostic(help(
+        "give --tolerance a positive length; leave --tolerance away for the default"
+    ))]
     BadTolerance(f64),
     /// No grid.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Grid(#[from] GridError),
     /// Every node of the grid missed the solid.
     #[error("the solid is thinner than a cell everywhere; take a cell smaller than {0}")]
+    #[diagnostic(help("take a smaller --cell"))]
     Empty(f64),
 }
 

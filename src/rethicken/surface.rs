@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::RethickenError;
 use crate::mesh::{Bounds, Frame};
-use crate::surface::{BorderKind, MidSurface, MidVertex, segments};
+use crate::surface::{BorderKind, MidSurface, segments};
 
 /// Triangles, any number of them to an edge, with the radius of a ball at
 /// every vertex.
@@ -100,7 +100,7 @@ impl BallSurface {
     pub fn of(surface: &MidSurface) -> Result<BallSurface, RethickenError> {
         let mut coping = FxHashSet::default();
         for border in surface
-            .borders
+            .borders()
             .iter()
             .filter(|b| b.kind == BorderKind::Coping)
         {
@@ -109,7 +109,7 @@ impl BallSurface {
         let mesh = surface.mesh();
         BallSurface::new(
             mesh.positions,
-            surface.vertices.iter().map(MidVertex::radius).collect(),
+            surface.vertices().iter().map(|v| v.ball.radius).collect(),
             mesh.triangles,
             |[a, b]| coping.contains(&key(a, b)),
         )

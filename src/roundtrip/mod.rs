@@ -11,6 +11,7 @@ mod pruned;
 mod samples;
 
 use glam::DVec3;
+use miette::Diagnostic;
 use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
@@ -46,13 +47,16 @@ pub struct Settings {
 const SAMPLES: usize = 40_000;
 
 /// Why there was no round trip.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum RoundTripError {
     /// There.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Extract(#[from] ExtractError),
     /// And back.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Rethicken(#[from] RethickenError),
 }
 

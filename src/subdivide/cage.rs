@@ -7,6 +7,7 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
+use miette::Diagnostic;
 use smallvec::SmallVec;
 use thiserror::Error;
 
@@ -22,20 +23,23 @@ const MOST_CORNERS: usize = 1 << 28;
 pub type Polygon = SmallVec<[u32; 4]>;
 
 /// Why polygons are no control mesh. Faces and vertices count from 0.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum CageError {
     /// Nothing to subdivide.
     #[error("the control mesh has no faces")]
+    #[diagnostic(help("export the faces of the control mesh, not points or curves"))]
     Empty,
     /// NaN or infinite.
     #[error("vertex {vertex} has a coordinate that is no finite number")]
+    #[diagnostic(help("repair the vertex in the tool that wrote the file"))]
     NotFinite {
         /// The vertex.
         vertex: usize,
     },
     /// A face names a vertex that does not exist.
     #[error("face {face} names vertex {vertex}, which does not exist")]
+    #[diagnostic(help("export the control mesh again"))]
     NoSuchVertex {
         /// The face.
         face: usize,
@@ -44,12 +48,14 @@ pub enum CageError {
     },
     /// A face of one or two corners.
     #[error("face {face} has fewer than three corners")]
+    #[diagnostic(help("remove the face, or give it three or more corners, each once"))]
     FewCorners {
         /// The face.
         face: usize,
     },
     /// A face runs over a vertex twice.
     #[error("face {face} has vertex {vertex} at two of its corners")]
+    #[diagnostic(help("remove the face, or give it three or more corners, each once"))]
     RepeatedCorner {
         /// The face.
         face: usize,
@@ -60,6 +66,7 @@ pub enum CageError {
     #[error(
         "the edge between vertices {from} and {to} has more than two faces: {first}, {second}, {face}"
     )]
+    #[diagnostic(help("remove inner or doubled faces at that edge"))]
     CrowdedEdge {
         /// The face that is one too many.
         face: usize,
@@ -76,6 +83,9 @@ pub enum CageError {
     #[error(
         "faces {other} and {face} run over their edge from vertex {from} to {to} in the same direction"
     )]
+    #[diagnostic(help(
+        "turn one of the two over; most modelling tools can make normals consistent"
+    ))]
     Inconsistent {
         /// The later face.
         face: usize,
@@ -90,6 +100,7 @@ pub enum CageError {
     #[error(
         "the faces around vertex {vertex} do not hang together by edges: face {face} is one of another piece"
     )]
+    #[diagnostic(help("give each piece a vertex of its own there, or join the pieces by an edge"))]
     Pinched {
         /// A face of a piece beyond the first.
         face: usize,
@@ -98,12 +109,14 @@ pub enum CageError {
     },
     /// A vertex of no face.
     #[error("vertex {vertex} belongs to no face")]
+    #[diagnostic(help("remove loose vertices in the modelling tool"))]
     Isolated {
         /// The vertex.
         vertex: usize,
     },
     /// More than can be numbered.
     #[error("{corners} face corners are too many")]
+    #[diagnostic(help("subdivide fewer times, or start from a coarser mesh"))]
     TooLarge {
         /// Corners asked for.
         corners: usize,
@@ -129,27 +142,6 @@ impl CageError {
         match *self {
             CageError::NotFinite { vertex } | CageError::Isolated { vertex } => Some(vertex),
             _ => None,
-        }
-    }
-
-    /// What to do about it.
-    pub fn remedy(&self) -> &'static str {
-        match self {
-            CageError::Empty => "export the faces of the control mesh, not points or curves",
-            CageError::NotFinite { .. } => "repair the vertex in the tool that wrote the file",
-            CageError::NoSuchVertex { .. } => "export the control mesh again",
-            CageError::FewCorners { .. } | CageError::RepeatedCorner { .. } => {
-                "remove the face, or give it three or more corners, each once"
-            }
-            CageError::CrowdedEdge { .. } => "remove inner or doubled faces at that edge",
-            CageError::Inconsistent { .. } => {
-                "turn one of the two over; most modelling tools can make normals consistent"
-            }
-            CageError::Pinched { .. } => {
-                "give each piece a vertex of its own there, or join the pieces by an edge"
-            }
-            CageError::Isolated { .. } => "remove loose vertices in the modelling tool",
-            CageError::TooLarge { .. } => "subdivide fewer times, or start from a coarser mesh",
         }
     }
 }

@@ -6,6 +6,7 @@
 //! point avoids them; the set of points deeper than the thickness does, and
 //! the offset engine makes its surface.
 
+use miette::Diagnostic;
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -37,19 +38,24 @@ pub struct ContourSettings {
 }
 
 /// Why there is no contoured wall.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ContourError {
     /// The control mesh gives no surface.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Surface(#[from] SubdivideError),
     /// The control mesh has a boundary.
     #[error("the control mesh is open, and only a closed surface has an inside to contour")]
+    #[diagnostic(help("take --scheme crust or direct"))]
     Open,
     /// The tessellated surface makes no part.
     #[error("the limit surface: {0}")]
+    #[diagnostic(help("check the control mesh"))]
     Part(#[from] PartError),
     /// The surface has no offset at this thickness.
     #[error("the inner wall: {0}")]
+    #[diagnostic(transparent)]
     Offset(#[from] OffsetError),
 }
 

@@ -41,6 +41,7 @@ mod solid;
 mod tests;
 
 use glam::DVec3;
+use miette::Diagnostic;
 use thiserror::Error;
 
 pub use cage::{Cage, CageError, Polygon};
@@ -89,22 +90,26 @@ pub struct Settings {
 }
 
 /// Why there is no solid.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum SubdivideError {
     /// The control mesh is none, or grew too large.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Cage(#[from] CageError),
     /// No positive length.
     #[error("the thickness {0} is not a positive length")]
+    #[diagnostic(help("give --thickness a positive length"))]
     Thickness(f64),
     /// No positive length.
     #[error("the tolerance {0} is not a positive length")]
+    #[diagnostic(help("give --tolerance a positive length"))]
     Tolerance(f64),
     /// None, or too many.
     #[error(
         "{samples} samples a side on {faces} faces: one is the least, {MOST_POINTS} points in all the most"
     )]
+    #[diagnostic(help("take fewer --samples or --levels"))]
     Samples {
         /// Steps along a side.
         samples: usize,
@@ -113,10 +118,12 @@ pub enum SubdivideError {
     },
     /// Too many steps.
     #[error("{0} subdivision steps are more than {MOST_LEVELS}")]
+    #[diagnostic(help("take fewer --samples or --levels"))]
     Levels(u32),
     /// A part of the mesh has no normal: all its vertices coincide, or lie on a
     /// line.
     #[error("the surface has no normal at vertex {vertex} of level {level}, nor around it")]
+    #[diagnostic(help("remove the parts of the control mesh that have no area"))]
     NoNormal {
         /// Vertex of the refined mesh.
         vertex: usize,
@@ -128,6 +135,9 @@ pub enum SubdivideError {
         "no level is both within {tolerance} of the thickness {thickness} and free of folds: {}",
         tried(.trials, *.scheme)
     )]
+    #[diagnostic(help(
+        "--scheme contour has no folds at any thickness; or allow a greater --tolerance, ask for a smaller --thickness, or take a level all the same with --levels N"
+    ))]
     NoLevel {
         /// Asked for.
         thickness: f64,

@@ -6,7 +6,8 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::graph::{Counts, SeamEnd, SheetData, SheetGraph, Span};
-use crate::surface::{BorderKind, MidSurface};
+use super::quality::Quality;
+use super::{BorderKind, MidSurface};
 
 /// Decimals of coordinates.
 const DECIMALS: i32 = 4;
@@ -38,53 +39,10 @@ pub struct Summary {
     pub sheets: Vec<SheetData>,
 }
 
-/// Smallest angles of the triangles, degrees.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Quality {
-    /// Smallest of all.
-    pub least: f64,
-    /// A hundredth of the triangles have a smaller one.
-    pub percentile_1: f64,
-    /// A twentieth of the triangles have a smaller one.
-    pub percentile_5: f64,
-    /// Half of the triangles have a smaller one.
-    pub median: f64,
-    /// Share of triangles with an angle below 5 degrees.
-    pub share_below_5: f64,
-}
-
-impl Quality {
-    /// Of the triangles of a surface.
-    pub fn of(surface: &MidSurface) -> Quality {
-        let mut all: Vec<f64> = (surface.triangles.iter())
-            .map(|t| smallest_angle(t.corners.map(|v| surface.vertices[v as usize].position)))
-            .collect();
-        all.sort_unstable_by(f64::total_cmp);
-        let below = all.partition_point(|&a| a < 5.0);
-        let at = |share: f64| all.get((share * all.len() as f64) as usize).copied();
-        Quality {
-            least: at(0.0).unwrap_or(0.0),
-            percentile_1: at(0.01).unwrap_or(0.0),
-            percentile_5: at(0.05).unwrap_or(0.0),
-            median: at(0.5).unwrap_or(0.0),
-            share_below_5: below as f64 / all.len().max(1) as f64,
-        }
-    }
-}
-
-/// Smallest angle of a triangle, degrees; 0 without area.
-fn smallest_angle(p: [DVec3; 3]) -> f64 {
-    let angle = |k: usize| {
-        let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
-        u.cross(v).length().atan2(u.dot(v)).to_degrees()
-    };
-    angle(0).min(angle(1)).min(angle(2))
-}
-
 /// Figures of the result.
 pub fn summary(surface: &MidSurface, graph: &SheetGraph) -> Summary {
     let border_length = |kind| {
-        (surface.borders.iter().zip(graph.borders()))
+        (surface.borders().iter().zip(graph.borders()))
             .filter(|(line, _)| line.kind == kind)
             .map(|(_, data)| data.length)
             .sum()
@@ -95,7 +53,7 @@ pub fn summary(surface: &MidSurface, graph: &SheetGraph) -> Summary {
         seam_length: graph.seams().iter().map(|s| s.length).sum(),
         coping_border_length: border_length(BorderKind::Coping),
         fading_border_length: border_length(BorderKind::Fading),
-        thickness: Span::of(surface.vertices.iter().map(|v| v.thickness)),
+        thickness: Span::of(surface.vertices().iter().map(|v| v.ball.thickness)),
         quality: Quality::of(surface),
         sheets: graph.sheets().to_vec(),
     }
@@ -148,8 +106,8 @@ fn write(
     }
     write_sorted(out, seam_lines(surface, graph, places))?;
     write_sorted(out, border_lines(surface, graph, places))?;
-    let junctions = (surface.junctions.iter()).map(|&v| {
-        let at = surface.vertices[v as usize].position;
+    let junctions = (surface.junctions().iter()).map(|&v| {
+        let at = surface.vertices()[v as usize].position;
         (sort_key(at, places.grid), format!("junction {}", place(at)))
     });
     write_sorted(out, junctions.collect())?;
@@ -178,9 +136,9 @@ fn write_sorted(out: &mut String, mut lines: Vec<(Key, String)>) -> std::fmt::Re
 }
 
 fn seam_lines(surface: &MidSurface, graph: &SheetGraph, places: &Places) -> Vec<(Key, String)> {
-    let line = |(n, seam): (usize, &crate::surface::SeamLine)| {
+    let line = |(n, seam): (usize, &super::Seam)| {
         let data = &graph.seams()[n];
-        let at = |v: u32| surface.vertices[v as usize].position;
+        let at = |v: u32| surface.vertices()[v as usize].position;
         let mut sheets: Vec<String> = seam.sheets.iter().map(|&s| places.name(s)).collect();
         sheets.sort_by_key(|name| (name.len(), name.clone()));
         let mut ends = Vec::new();
@@ -206,20 +164,24 @@ fn seam_lines(surface: &MidSurface, graph: &SheetGraph, places: &Places) -> Vec<
             sheets.len(),
             sheets.join(" "),
             rounded(data.length),
-            if data.irregular { ", not followed" } else { "" },
+            if seam.unmarked > 0 {
+                ", not followed"
+            } else {
+                ""
+            },
         );
         (key, text)
     };
-    surface.seams.iter().enumerate().map(line).collect()
+    surface.seams().iter().enumerate().map(line).collect()
 }
 
 fn border_lines(surface: &MidSurface, graph: &SheetGraph, places: &Places) -> Vec<(Key, String)> {
-    let line = |(n, border): (usize, &crate::surface::BorderLine)| {
+    let line = |(n, border): (usize, &super::Border)| {
         let kind = match border.kind {
             BorderKind::Coping => "coping",
             BorderKind::Fading => "fading",
         };
-        let at = |v: u32| surface.vertices[v as usize].position;
+        let at = |v: u32| surface.vertices()[v as usize].position;
         let mut ends = match (border.closed, border.path.as_slice()) {
             (false, &[first, .., last]) => {
                 vec![first, last]
@@ -242,7 +204,7 @@ fn border_lines(surface: &MidSurface, graph: &SheetGraph, places: &Places) -> Ve
         };
         (key, text)
     };
-    surface.borders.iter().enumerate().map(line).collect()
+    surface.borders().iter().enumerate().map(line).collect()
 }
 
 fn end_name(end: SeamEnd) -> &'static str {
@@ -265,7 +227,7 @@ struct Places {
 
 impl Places {
     fn new(surface: &MidSurface) -> Places {
-        let positions = || surface.vertices.iter().map(|v| v.position);
+        let positions = || surface.vertices().iter().map(|v| v.position);
         let low = positions().reduce(DVec3::min).unwrap_or_default();
         let high = positions().reduce(DVec3::max).unwrap_or_default();
         let extent = (high - low).max_element();
@@ -274,15 +236,15 @@ impl Places {
         } else {
             1.0
         };
-        let mut sums = vec![(DVec3::ZERO, 0.0); surface.sheet_count as usize];
-        for t in &surface.triangles {
-            let [a, b, c] = t.corners.map(|v| surface.vertices[v as usize].position);
+        let mut sums = vec![(DVec3::ZERO, 0.0); surface.sheet_count() as usize];
+        for t in surface.triangles() {
+            let [a, b, c] = t.corners.map(|v| surface.vertices()[v as usize].position);
             let area = 0.5 * (b - a).cross(c - a).length();
             let sum = &mut sums[t.sheet as usize];
             sum.0 += area / 3.0 * (a + b + c);
             sum.1 += area;
         }
-        let mut order: Vec<u32> = (0..surface.sheet_count).collect();
+        let mut order: Vec<u32> = (0..surface.sheet_count()).collect();
         order.sort_by_cached_key(|&s| {
             let (sum, area) = sums[s as usize];
             let centre = if area > 0.0 { sum / area } else { DVec3::ZERO };
@@ -316,7 +278,7 @@ fn sort_key(at: DVec3, grid: f64) -> Key {
 fn lowest_key(path: &[u32], surface: &MidSurface, grid: f64) -> Key {
     let keys = path
         .iter()
-        .map(|&v| sort_key(surface.vertices[v as usize].position, grid));
+        .map(|&v| sort_key(surface.vertices()[v as usize].position, grid));
     keys.min().unwrap_or_default()
 }
 
@@ -359,15 +321,13 @@ mod tests {
     use super::*;
     use crate::field::Field;
     use crate::reshape::clean::clean;
-    use crate::surface::graph::build;
     use crate::surface::marked::Line;
-    use crate::surface::shapes::{book, marked, no_field, part, raw};
+    use crate::surface::shapes::{book, built, marked, no_field, part, raw};
 
     fn of_part(name: &str, cell: f64) -> (MidSurface, SheetGraph) {
         let part = part(name);
         let field = Field::new(&part);
-        let (surface, graph, _) = build(&clean(raw(&part, &field, cell), cell), &field);
-        (surface, graph)
+        built(&clean(raw(&part, &field, cell), cell), &field)
     }
 
     #[test]
@@ -383,7 +343,7 @@ mod tests {
 
     #[test]
     fn a_book_is_listed_with_its_problems() {
-        let (surface, graph, _) = build(&book(3, 1, 2), &no_field());
+        let (surface, graph) = built(&book(3, 1, 2), &no_field());
         insta::assert_snapshot!(listing(&surface, &graph));
     }
 
@@ -416,7 +376,7 @@ mod tests {
 
     #[test]
     fn quality_of_known_triangles() {
-        let surface = build(&marked(book(3, 1, 1), Line::CopingBorder), &no_field()).0;
+        let surface = built(&marked(book(3, 1, 1), Line::CopingBorder), &no_field()).0;
         let quality = Quality::of(&surface);
         assert!((quality.least - 45.0).abs() < 1e-9 && quality.share_below_5 == 0.0);
     }

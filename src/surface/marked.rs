@@ -21,7 +21,7 @@ pub enum Line {
 
 /// A vertex with the walls that tie there.
 #[derive(Clone, Debug)]
-pub struct RawVertex {
+pub struct MarkedVertex {
     /// Where.
     pub at: DVec3,
     /// Wall triangles that tie.
@@ -32,9 +32,9 @@ pub struct RawVertex {
 
 /// Triangles over shared vertices.
 #[derive(Clone, Debug, Default)]
-pub struct RawMesh {
+pub struct MarkedMesh {
     /// Vertices.
-    pub vertices: Vec<RawVertex>,
+    pub vertices: Vec<MarkedVertex>,
     /// Triangles; no orientation promised.
     pub triangles: Vec<[u32; 3]>,
     /// What followers said of an edge, low vertex first. Edges not listed are
@@ -50,7 +50,7 @@ pub fn edge(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
 
-impl RawMesh {
+impl MarkedMesh {
     /// Drops pairs of triangles on the same three corners. Where a sheet only
     /// just bulges through a face, the pieces in both tetrahedra have all their
     /// corners in that face, lie on each other and enclose nothing.

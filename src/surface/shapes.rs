@@ -7,8 +7,11 @@ use crate::field::Field;
 use crate::lattice::Lattice;
 use crate::mesh::{Part, PartOptions};
 use crate::settings::progress::Stop;
-use crate::surface::marked::Line;
-use crate::surface::marked::{RawMesh, RawVertex, edge};
+use crate::surface::MidSurface;
+use crate::surface::build::build;
+use crate::surface::graph::SheetGraph;
+use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
+use crate::trace::feet::balls;
 use crate::trace::walk::Tracer;
 use crate::walls::{Separation, Walls};
 
@@ -17,8 +20,15 @@ pub(crate) fn no_field() -> Field {
     Field::from_triangles(Vec::new(), Vec::new(), Vec::new())
 }
 
-pub(crate) fn vertex(at: DVec3) -> RawVertex {
-    RawVertex {
+/// The surface that a mesh is, and its graph.
+pub(crate) fn built(mesh: &MarkedMesh, field: &Field) -> (MidSurface, SheetGraph) {
+    let surface = build(mesh, balls(mesh, field));
+    let graph = SheetGraph::of(&surface);
+    (surface, graph)
+}
+
+pub(crate) fn vertex(at: DVec3) -> MarkedVertex {
+    MarkedVertex {
         at,
         walls: SmallVec::new(),
         coping: None,
@@ -26,8 +36,8 @@ pub(crate) fn vertex(at: DVec3) -> RawVertex {
 }
 
 /// Triangles over positions, nothing marked.
-pub(crate) fn mesh(positions: &[DVec3], triangles: &[[u32; 3]]) -> RawMesh {
-    RawMesh {
+pub(crate) fn mesh(positions: &[DVec3], triangles: &[[u32; 3]]) -> MarkedMesh {
+    MarkedMesh {
         vertices: positions.iter().copied().map(vertex).collect(),
         triangles: triangles.to_vec(),
         lines: Default::default(),
@@ -36,7 +46,7 @@ pub(crate) fn mesh(positions: &[DVec3], triangles: &[[u32; 3]]) -> RawMesh {
 
 /// Marks edges by their number of triangles: one as `border`, three or more
 /// as seam.
-pub(crate) fn marked(mut mesh: RawMesh, border: Line) -> RawMesh {
+pub(crate) fn marked(mut mesh: MarkedMesh, border: Line) -> MarkedMesh {
     for (e, triangles) in mesh.edge_triangles() {
         match triangles.len() {
             1 => mesh.lines.insert(e, border),
@@ -52,7 +62,7 @@ pub(crate) fn marked(mut mesh: RawMesh, border: Line) -> RawMesh {
 ///
 /// Vertex `s` of the spine is at `(0, 0, s)`; page `p` leaves it at the angle
 /// `p / pages` of a turn.
-pub(crate) fn book(pages: usize, across: usize, along: usize) -> RawMesh {
+pub(crate) fn book(pages: usize, across: usize, along: usize) -> MarkedMesh {
     let mut positions: Vec<DVec3> = (0..=along).map(|s| DVec3::Z * s as f64).collect();
     let mut triangles = Vec::new();
     for page in 0..pages {
@@ -82,7 +92,7 @@ pub(crate) fn book(pages: usize, across: usize, along: usize) -> RawMesh {
 }
 
 /// A closed band of `n` quads round the z axis, with so many half twists.
-pub(crate) fn band(n: usize, half_twists: usize) -> RawMesh {
+pub(crate) fn band(n: usize, half_twists: usize) -> MarkedMesh {
     let mut positions = Vec::new();
     for k in 0..n {
         let turn = k as f64 / n as f64 * std::f64::consts::TAU;
@@ -106,7 +116,7 @@ pub(crate) fn band(n: usize, half_twists: usize) -> RawMesh {
 }
 
 /// A flat grid over the given abscissas and ordinates, cut along diagonals.
-pub(crate) fn grid(xs: &[f64], ys: &[f64]) -> RawMesh {
+pub(crate) fn grid(xs: &[f64], ys: &[f64]) -> MarkedMesh {
     let positions: Vec<DVec3> = (ys.iter())
         .flat_map(|&y| xs.iter().map(move |&x| DVec3::new(x, y, 0.0)))
         .collect();
@@ -120,13 +130,13 @@ pub(crate) fn grid(xs: &[f64], ys: &[f64]) -> RawMesh {
 
 /// The same mesh with vertices numbered backwards and triangles in reverse,
 /// every other one turned.
-pub(crate) fn shuffled(mesh: &RawMesh) -> RawMesh {
+pub(crate) fn shuffled(mesh: &MarkedMesh) -> MarkedMesh {
     let last = mesh.vertices.len() as u32 - 1;
     let turn = |(n, t): (usize, &[u32; 3])| {
         let [a, b, c] = t.map(|v| last - v);
         if n % 2 == 0 { [a, b, c] } else { [b, a, c] }
     };
-    RawMesh {
+    MarkedMesh {
         vertices: mesh.vertices.iter().rev().cloned().collect(),
         triangles: mesh.triangles.iter().enumerate().map(turn).rev().collect(),
         lines: (mesh.lines.iter())
@@ -148,7 +158,7 @@ pub(crate) fn part(name: &str) -> Part {
 }
 
 /// The raw mesh of a part.
-pub(crate) fn raw(part: &Part, field: &Field, cell: f64) -> RawMesh {
+pub(crate) fn raw(part: &Part, field: &Field, cell: f64) -> MarkedMesh {
     let separation = Separation {
         min_angle: 15.0,
         keep_fins_from: None,

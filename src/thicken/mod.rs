@@ -45,6 +45,7 @@ mod tests;
 use std::time::Instant;
 
 use glam::DVec3;
+use miette::Diagnostic;
 use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
@@ -52,6 +53,7 @@ use thiserror::Error;
 use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Numbers, Work};
 use crate::mesh::{Bounds, Frame, TriMesh, self_intersections, weld_exact};
 use crate::settings::cell::{self, BadCell};
+use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
 use patch::Patch;
@@ -102,28 +104,35 @@ impl Settings {
             cell: thickness / Settings::CELLS,
             tolerance: Settings::TOLERANCE * thickness,
             precision: Precision::Double,
-            memory_limit: 8 << 30,
+            memory_limit: MEMORY_LIMIT,
             filters: Filters::default(),
         }
     }
 }
 
 /// Why there is no solid.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ThickenError {
     /// The thickness is no positive number.
     #[error("thickness {0} is not a positive length")]
+    #[diagnostic(help("give --thickness a positive length; --side says on which side"))]
     BadThickness(f64),
     /// The cell size is no length.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     BadCell(#[from] BadCell),
     /// The tolerance is not a positive number.
     #[error("tolerance {0} is not a positive length")]
+    #[diagnostic(help(
+        "give --tolerance a positive length; leave --tolerance away for the default"
+    ))]
     BadTolerance(f64),
     /// Remark 1.
     #[error(
         "cell size {cell} is too large for a thickness of {thickness}: it has to be less than half of it"
     )]
+    #[diagnostic(help("take a smaller --cell; without it the cell is a quarter of the thickness"))]
     CoarseCell {
         /// Cell asked for.
         cell: f64,
@@ -132,12 +141,15 @@ pub enum ThickenError {
     },
     /// No triangles.
     #[error("the patch has no triangles")]
+    #[diagnostic(help("check that the export holds the surface's faces"))]
     Empty,
     /// A corner that does not exist, or is no point.
     #[error("triangle {0} has a corner that does not exist or is no point")]
+    #[diagnostic(help("check that the export holds the surface's faces"))]
     BadCorner(usize),
     /// Triangles without area have no side.
     #[error("{count} triangles have no area, the first is triangle {triangle}")]
+    #[diagnostic(help("remove triangles whose corners lie on one line"))]
     NoArea {
         /// The first.
         triangle: usize,
@@ -146,6 +158,7 @@ pub enum ThickenError {
     },
     /// More than two triangles at an edge.
     #[error("{triangles} triangles meet at the edge from {} to {}; a patch has two at most", between[0], between[1])]
+    #[diagnostic(help("part the sheets that meet there, and thicken them one by one"))]
     NotManifold {
         /// Triangles at the edge.
         triangles: usize,
@@ -154,17 +167,23 @@ pub enum ThickenError {
     },
     /// The surface touches itself in a point.
     #[error("the patch touches itself at {0}: its triangles there form more than one fan")]
+    #[diagnostic(help("part the sheets that meet there, and thicken them one by one"))]
     PinchedVertex(DVec3),
     /// Neighbours that do not agree about the side.
     #[error("the two triangles at the edge from {} to {} do not agree about the side", .0[0], .0[1])]
+    #[diagnostic(help("turn the triangles so that their normals agree"))]
     Sides([DVec3; 2]),
     /// The patch has one side.
     #[error("the patch has one side only, like a Moebius strip")]
+    #[diagnostic(help("cut it open, so that it has two sides"))]
     OneSided,
     /// The patch cuts through itself.
     #[error(
         "the patch cuts through itself: {pairs} pairs of triangles, the first {first} and {second}"
     )]
+    #[diagnostic(help(
+        "remove the triangles that cut each other; the side of a point means nothing there"
+    ))]
     SelfIntersecting {
         /// Pairs.
         pairs: usize,
@@ -175,11 +194,13 @@ pub enum ThickenError {
     },
     /// No grid.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Grid(#[from] GridError),
     /// The contour could not be joined to the boundary.
     #[error(
         "cells of {cell} are too large here: the solid's surface does not follow each boundary curve"
     )]
+    #[diagnostic(help("take a smaller --cell or a smaller thickness"))]
     Unresolved {
         /// Cell asked for.
         cell: f64,

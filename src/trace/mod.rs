@@ -6,9 +6,11 @@
 //! * [`edge`]: crossings of one lattice edge.
 //! * [`follow`]: contours in a face, seams and borders through a tetrahedron.
 //! * [`tet`]: loops and triangles of a tetrahedron.
+//! * [`feet`]: footpoints of the vertices found.
 //! * [`probe`] and [`solve`]: how the field is asked, and ties solved.
 
 pub mod edge;
+pub mod feet;
 pub mod follow;
 pub mod probe;
 pub mod solve;

@@ -4,15 +4,15 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
+use serde::Serialize;
 use smallvec::SmallVec;
 
-use crate::extract::Work;
 use crate::field::thickness::{maximal_ball, spread};
 use crate::lattice::{EdgeKey, FaceKey, Lattice, NodeKey, TetKey};
 use crate::mesh::FaceId;
 use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::marked::Line;
-use crate::surface::marked::{RawMesh, RawVertex, edge};
+use crate::surface::marked::{MarkedMesh, MarkedVertex, edge};
 use crate::trace::edge::{Crossing, NodeSample, crossings, sample_node};
 use crate::trace::follow::contour::{Barrier, Region};
 use crate::trace::follow::face::{FaceContours, FaceNodeKind, FaceSeed, solve_face};
@@ -35,6 +35,29 @@ pub struct Found {
     pub edges_solved: usize,
     /// Queries for nodes and edges.
     pub edge_queries: u64,
+}
+
+/// Counts of what the walk took.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Counts {
+    /// Lattice cells that hold a piece of the mid-surface.
+    pub cells: usize,
+    /// Tetrahedra solved.
+    pub tetrahedra: usize,
+    /// Faces solved.
+    pub faces: usize,
+    /// Lattice edges solved.
+    pub edges: usize,
+    /// Closest-point queries in all.
+    pub queries: u64,
+    /// Closest-point queries a lattice edge, its nodes included.
+    pub queries_per_edge: f64,
+    /// Places where a follower could not go on; they show as cracks unless
+    /// they closed otherwise.
+    pub lost: usize,
+    /// Loops closed by matching what was left open, where a curve was lost or
+    /// a sheet stops being one on the way.
+    pub matched: usize,
 }
 
 /// The lattice walk over one part.
@@ -313,8 +336,8 @@ impl<'a> Tracer<'a> {
         Ok(faces)
     }
 
-    /// Counts of the work done; times and cell size are the caller's.
-    pub fn work(&self) -> Work {
+    /// Counts of the work done.
+    pub fn counts(&self) -> Counts {
         let active = self.found.tets.iter().filter(|t| !t.1.triangles.is_empty());
         let cells: FxHashSet<NodeKey> = active.map(|t| t.0.cell()).collect();
         let lost: usize = self
@@ -329,7 +352,7 @@ impl<'a> Tracer<'a> {
                 .values()
                 .map(|t| t.open.len())
                 .sum::<usize>();
-        Work {
+        Counts {
             cells: cells.len(),
             tetrahedra: self.found.tets.len(),
             faces: self.found.faces.len(),
@@ -339,15 +362,14 @@ impl<'a> Tracer<'a> {
                 / self.found.edges_solved.max(1) as f64,
             lost,
             matched: self.found.tets.values().map(|t| t.matched as usize).sum(),
-            ..Work::default()
         }
     }
 
-    fn vertex(&self, key: VertexKey) -> RawVertex {
+    fn vertex(&self, key: VertexKey) -> MarkedVertex {
         match key {
             VertexKey::Edge(e, i) => {
                 let c = &self.found.edges[&e][i as usize];
-                RawVertex {
+                MarkedVertex {
                     at: c.at,
                     walls: SmallVec::from_slice(&c.walls),
                     coping: None,
@@ -359,7 +381,7 @@ impl<'a> Tracer<'a> {
                     FaceNodeKind::Coping(c) => Some(c),
                     _ => None,
                 };
-                RawVertex {
+                MarkedVertex {
                     at: n.at,
                     walls: n.walls.iter().copied().collect(),
                     coping,
@@ -371,7 +393,7 @@ impl<'a> Tracer<'a> {
                     InnerKind::OnCoping(c) => Some(c),
                     _ => None,
                 };
-                RawVertex {
+                MarkedVertex {
                     at: v.at,
                     walls: v.walls.iter().copied().collect(),
                     coping,
@@ -382,7 +404,7 @@ impl<'a> Tracer<'a> {
 
     /// Joins the pieces of all tetrahedra to one mesh, vertices numbered in
     /// the order of their keys.
-    pub fn assemble(&self) -> RawMesh {
+    pub fn assemble(&self) -> MarkedMesh {
         let mut tets: Vec<TetKey> = self
             .found
             .tets
@@ -398,9 +420,9 @@ impl<'a> Tracer<'a> {
         keys.par_sort_unstable();
         keys.dedup();
         let number = |k: &VertexKey| keys.binary_search(k).ok().map(|n| n as u32);
-        let mut mesh = RawMesh {
+        let mut mesh = MarkedMesh {
             vertices: keys.iter().map(|&k| self.vertex(k)).collect(),
-            ..RawMesh::default()
+            ..MarkedMesh::default()
         };
         for tet in &tets {
             let surface = &self.found.tets[tet];

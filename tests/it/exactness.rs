@@ -31,8 +31,8 @@ fn branch_line_of_a_tee_runs_at_five_eighths() {
     let part = part("tee");
     for cell in [0.6, 2.0, 6.0] {
         let result = run(&part, cell);
-        for &v in &result.surface.seams[0].path {
-            let p = result.surface.vertices[v as usize].position;
+        for &v in &result.surface.seams()[0].path {
+            let p = result.surface.vertices()[v as usize].position;
             assert!(
                 p.x.abs() < 1e-9 && (p.y + 0.25).abs() < 1e-9,
                 "cell {cell}: {p}"
@@ -48,9 +48,9 @@ fn branch_line_of_a_thin_web_follows_the_formula() {
     let (f, w): (f64, f64) = (3.0, 1.5);
     let h = (0.25 * w * w + f * f) / (2.0 * f);
     let result = run(&part, 1.5);
-    assert_eq!(result.surface.seams.len(), 1);
-    for &v in &result.surface.seams[0].path {
-        let p = result.surface.vertices[v as usize].position;
+    assert_eq!(result.surface.seams().len(), 1);
+    for &v in &result.surface.seams()[0].path {
+        let p = result.surface.vertices()[v as usize].position;
         assert!(
             (p.y - (0.5 * f - h)).abs() < 1e-9,
             "{p} against {}",
@@ -69,8 +69,9 @@ fn every_vertex_is_equally_far_from_its_walls() {
     ] {
         let part = part(name);
         let field = Field::new(&part);
-        for v in &run(&part, cell).surface.vertices {
+        for v in run(&part, cell).surface.vertices() {
             let distances: Vec<f64> = v
+                .ball
                 .footpoints
                 .iter()
                 .map(|f| f.distance(v.position))
@@ -98,12 +99,12 @@ fn borders_lie_on_coping() {
         let result = run(&part, cell);
         let surface = &result.surface;
         for border in surface
-            .borders
+            .borders()
             .iter()
             .filter(|b| b.kind == midsurf::surface::BorderKind::Coping)
         {
             for pair in border.path.windows(2) {
-                let [p, q] = [pair[0], pair[1]].map(|v| surface.vertices[v as usize].position);
+                let [p, q] = [pair[0], pair[1]].map(|v| surface.vertices()[v as usize].position);
                 let middle = 0.5 * (p + q);
                 let gap = field
                     .nearest_coping(middle, f64::INFINITY)
@@ -120,7 +121,7 @@ fn thickness_of_plane_walls_is_exact() {
     let result = run(&part("rib_grid"), 2.0);
     let plain = result
         .surface
-        .vertices
+        .vertices()
         .iter()
         .filter(|v| v.kind == VertexKind::Sheet && v.position.z > 3.0);
     let mut count = 0;
@@ -130,9 +131,9 @@ fn thickness_of_plane_walls_is_exact() {
             || (v.position.y - 15.0).abs() > 3.0 && (v.position.y - 30.0).abs() > 3.0
         {
             assert!(
-                (v.thickness - 2.0).abs() < 1e-6,
+                (v.ball.thickness - 2.0).abs() < 1e-6,
                 "{} at {}",
-                v.thickness,
+                v.ball.thickness,
                 v.position
             );
             count += 1;
@@ -190,9 +191,9 @@ fn crossings_need_few_queries_at_any_cell_size() {
     for cell in [0.5, 2.0, 8.0] {
         let result = run(&part("tee"), cell);
         assert!(
-            result.work.queries_per_edge < 3.0,
+            result.work.counts.queries_per_edge < 3.0,
             "cell {cell}: {}",
-            result.work.queries_per_edge
+            result.work.counts.queries_per_edge
         );
     }
 }
@@ -200,17 +201,17 @@ fn crossings_need_few_queries_at_any_cell_size() {
 #[test]
 fn a_plate_is_its_middle() {
     let result = run(&part("plate"), 2.0);
-    for v in &result.surface.vertices {
-        assert!(v.position.y.abs() < 1e-9 && (v.thickness - 2.0).abs() < 1e-9);
+    for v in result.surface.vertices() {
+        assert!(v.position.y.abs() < 1e-9 && (v.ball.thickness - 2.0).abs() < 1e-9);
     }
     let area: f64 = result
         .surface
-        .triangles
+        .triangles()
         .iter()
         .map(|t| {
             let [a, b, c] = t
                 .corners
-                .map(|v| result.surface.vertices[v as usize].position);
+                .map(|v| result.surface.vertices()[v as usize].position);
             0.5 * (b - a).cross(c - a).length()
         })
         .sum();

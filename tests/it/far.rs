@@ -45,13 +45,13 @@ fn check_solid(mesh: &TriMesh) {
 
 fn shape(extraction: &Extraction) -> [usize; 5] {
     let surface = &extraction.surface;
-    let of = |kind| surface.borders.iter().filter(|b| b.kind == kind).count();
+    let of = |kind| surface.borders().iter().filter(|b| b.kind == kind).count();
     [
-        surface.sheet_count as usize,
-        surface.seams.len(),
+        surface.sheet_count() as usize,
+        surface.seams().len(),
         of(BorderKind::Coping),
         of(BorderKind::Fading),
-        extraction.cracks.len(),
+        extraction.graph.cracks().len(),
     ]
 }
 
@@ -71,9 +71,9 @@ fn extraction_closes() {
             assert!((ratio - 1.0).abs() < 1e-3, "{name} at {to}: {ratio}");
             // Vertices and footpoints are back at the part.
             let bounds = part(&moved(&mesh, to), None).bounds().grown(1e-3);
-            for vertex in &far.surface.vertices {
+            for vertex in far.surface.vertices() {
                 assert!(bounds.contains(vertex.position));
-                assert!(vertex.footpoints.iter().all(|&f| bounds.contains(f)));
+                assert!(vertex.ball.footpoints.iter().all(|&f| bounds.contains(f)));
             }
         }
     }

@@ -91,12 +91,12 @@ fn run(part: &Part, cell: f64) -> Extraction {
 
 fn counts(e: &Extraction) -> (usize, u32, usize, i64) {
     let (v, t) = (
-        e.surface.vertices.len() as i64,
-        e.surface.triangles.len() as i64,
+        e.surface.vertices().len() as i64,
+        e.surface.triangles().len() as i64,
     );
     let mut edges: Vec<(u32, u32)> = e
         .surface
-        .triangles
+        .triangles()
         .iter()
         .flat_map(|t| (0..3).map(move |k| (t.corners[k], t.corners[(k + 1) % 3])))
         .map(|(a, b)| (a.min(b), a.max(b)))
@@ -104,19 +104,19 @@ fn counts(e: &Extraction) -> (usize, u32, usize, i64) {
     edges.sort_unstable();
     edges.dedup();
     (
-        e.cracks.len(),
-        e.surface.sheet_count,
-        e.surface.seams.len(),
+        e.graph.cracks().len(),
+        e.surface.sheet_count(),
+        e.surface.seams().len(),
         v - edges.len() as i64 + t,
     )
 }
 
 fn area(e: &Extraction) -> f64 {
     e.surface
-        .triangles
+        .triangles()
         .iter()
         .map(|t| {
-            let [a, b, c] = t.corners.map(|v| e.surface.vertices[v as usize].position);
+            let [a, b, c] = t.corners.map(|v| e.surface.vertices()[v as usize].position);
             0.5 * (b - a).cross(c - a).length()
         })
         .sum()
@@ -128,7 +128,7 @@ fn check(name: &str, cell: f64) {
         .unwrap()
         .0;
     let plain = run(&part, cell);
-    assert_eq!(plain.cracks.len(), 0, "{name}");
+    assert_eq!(plain.graph.cracks().len(), 0, "{name}");
     for change in changes() {
         let part = changed(&mesh, &coping, &change);
         let result = run(&part, cell * change.scale);

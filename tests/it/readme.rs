@@ -34,14 +34,14 @@ fn example() -> Result<MidSurface, Box<dyn std::error::Error>> {
     let (part, _warnings) = Part::new(loaded.mesh, coping.flags, PartOptions::default())?;
     let settings = Settings { cell: CellSize::Thicknesses(1.0), ..Settings::default() };
     let result = extract(&part, &settings, &|_stage, _done, _expected| ())?;
-    println!("{} sheets, {} cracks", result.surface.sheet_count, result.cracks.len());
+    println!("{} sheets, {} cracks", result.surface.sheet_count(), result.graph.cracks().len());
     Ok(result.surface)
 }
 
 #[test]
 fn library_example_works_as_printed() {
     // Tests run in the package's folder.
-    assert_eq!(example().unwrap().sheet_count, 3);
+    assert_eq!(example().unwrap().sheet_count(), 3);
     let source = file("tests/it/readme.rs");
     let source: Vec<&str> = source.lines().map(str::trim).collect();
     for line in block(&file("README.md"), "rust") {

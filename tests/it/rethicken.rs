@@ -8,7 +8,9 @@ use midsurf::io::{RadiusSource, read_mesh, read_surface};
 use midsurf::mesh::{EdgeUses, Part, PartOptions, TriMesh, self_intersections};
 use midsurf::rethicken::{BallSurface, Settings, rethicken};
 use midsurf::roundtrip::{self, Comparison};
-use midsurf::surface::{BorderKind, BorderLine, MidSurface, MidTriangle, MidVertex, VertexKind};
+use midsurf::surface::{
+    Ball, Border, BorderKind, MidSurface, MidTriangle, MidVertex, SurfaceParts, VertexKind,
+};
 use serde_json::Value;
 use smallvec::SmallVec;
 
@@ -147,16 +149,19 @@ fn a_ply_tells_borders_by_edge() {
     let vertex = |x: f64, y: f64| MidVertex {
         position: DVec3::new(x, y, 0.0),
         kind: VertexKind::CopingBorder,
-        thickness: 2.0,
-        footpoints: SmallVec::new(),
+        ball: Ball {
+            radius: 1.0,
+            thickness: 2.0,
+            footpoints: SmallVec::new(),
+        },
     };
-    let border = |path: &[u32], kind| BorderLine {
+    let border = |path: &[u32], kind| Border {
         path: path.to_vec(),
         sheet: 0,
         kind,
         closed: false,
     };
-    let surface = MidSurface {
+    let surface = MidSurface::new(SurfaceParts {
         vertices: vec![vertex(0.0, 0.0), vertex(9.0, 0.0), vertex(0.0, 9.0)],
         triangles: vec![MidTriangle {
             corners: [0, 1, 2],
@@ -166,9 +171,9 @@ fn a_ply_tells_borders_by_edge() {
             border(&[0, 1], BorderKind::Fading),
             border(&[1, 2, 0], BorderKind::Coping),
         ],
-        sheet_count: 1,
-        ..MidSurface::default()
-    };
+        ..SurfaceParts::default()
+    })
+    .unwrap();
     let mut bytes = Vec::new();
     write_surface(
         &surface,

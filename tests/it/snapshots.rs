@@ -15,7 +15,7 @@ fn listed(part: &Part, cell: f64) -> String {
         ..Settings::default()
     };
     let result = extract(part, &settings, &|_, _, _| ()).unwrap();
-    assert!(result.cracks.is_empty());
+    assert!(result.graph.cracks().is_empty());
     listing(&result.surface, &result.graph)
 }
 
@@ -138,14 +138,14 @@ fn fins_are_kept_on_demand() {
     };
     let result = extract(&part, &settings, &|_, _, _| ()).unwrap();
     assert_eq!(
-        (result.surface.sheet_count, result.surface.seams.len()),
+        (result.surface.sheet_count(), result.surface.seams().len()),
         (3, 1)
     );
     // The branch point of an L lies at 2 - sqrt 2 of the thickness from both outer walls.
     let place = (2.0 - 2f64.sqrt()) * 2.0;
-    let seam = &result.surface.seams[0].path;
+    let seam = &result.surface.seams()[0].path;
     for &v in seam {
-        let p = result.surface.vertices[v as usize].position - part.bounds().min;
+        let p = result.surface.vertices()[v as usize].position - part.bounds().min;
         assert!(
             (p.x - place).abs() < 1e-9 && (p.y - place).abs() < 1e-9,
             "{p}"

@@ -9,7 +9,7 @@ use midsurf::io::write::{
 use midsurf::io::{MeshFormat, read_mesh};
 use midsurf::mesh::FaceId;
 use midsurf::surface::{
-    BorderKind, BorderLine, MidSurface, MidTriangle, MidVertex, SeamLine, VertexKind,
+    Ball, Border, BorderKind, MidSurface, MidTriangle, MidVertex, Seam, SurfaceParts, VertexKind,
 };
 
 use crate::common::read;
@@ -19,10 +19,13 @@ pub fn three_sheets() -> MidSurface {
     let at = |x: f64, y: f64, z: f64, kind| MidVertex {
         position: DVec3::new(x, y, z),
         kind,
-        thickness: 2.0 + 0.1 * x,
-        footpoints: [DVec3::new(x, y, z + 1.0), DVec3::new(x, y, z - 1.0)]
-            .into_iter()
-            .collect(),
+        ball: Ball {
+            radius: 1.0,
+            thickness: 2.0 + 0.1 * x,
+            footpoints: [DVec3::new(x, y, z + 1.0), DVec3::new(x, y, z - 1.0)]
+                .into_iter()
+                .collect(),
+        },
     };
     use VertexKind::{CopingBorder, FadingBorder, Junction};
     let vertices = vec![
@@ -32,32 +35,33 @@ pub fn three_sheets() -> MidSurface {
         at(1.0, 0.0, 1e-17, CopingBorder),
         at(0.0, 0.0, -1.0, FadingBorder),
     ];
-    MidSurface {
+    MidSurface::new(SurfaceParts {
         vertices,
         triangles: [[0, 1, 2], [1, 0, 3], [0, 1, 4]]
             .into_iter()
             .zip([2, 0, 1])
             .map(|(corners, sheet)| MidTriangle { corners, sheet })
             .collect(),
-        seams: vec![SeamLine {
+        seams: vec![Seam {
             path: vec![0, 1],
             sheets: vec![0, 1, 2],
             closed: false,
+            unmarked: 0,
         }],
         borders: vec![
-            BorderLine {
+            Border {
                 path: vec![1, 2, 0],
                 sheet: 2,
                 kind: BorderKind::Coping,
                 closed: false,
             },
-            BorderLine {
+            Border {
                 path: vec![0, 3, 1],
                 sheet: 0,
                 kind: BorderKind::Coping,
                 closed: false,
             },
-            BorderLine {
+            Border {
                 path: vec![1, 4, 0],
                 sheet: 1,
                 kind: BorderKind::Fading,
@@ -65,8 +69,9 @@ pub fn three_sheets() -> MidSurface {
             },
         ],
         junctions: vec![0, 1],
-        sheet_count: 3,
-    }
+        creases: vec![],
+    })
+    .unwrap()
 }
 
 fn written(format: SurfaceFormat, options: SurfaceOptions) -> Vec<u8> {
@@ -83,10 +88,10 @@ fn obj_has_a_group_a_sheet_and_exact_coordinates() {
     // Grouped by sheet: the second triangle comes first.
     let order = [1, 2, 0];
     for (face, &original) in loaded.mesh.faces().zip(&order) {
-        let triangle = surface.triangles[original];
+        let triangle = surface.triangles()[original];
         let expected = triangle
             .corners
-            .map(|v| surface.vertices[v as usize].position);
+            .map(|v| surface.vertices()[v as usize].position);
         assert_eq!(loaded.mesh.corners(face), expected);
         let group = format!("sheet_{}", triangle.sheet);
         assert_eq!(loaded.names_of(face).groups, [group]);
@@ -107,13 +112,15 @@ fn obj_lines_are_there_when_asked_for() {
 
 #[test]
 fn a_closed_line_returns_to_its_start() {
-    let mut surface = three_sheets();
-    surface.borders[0].closed = true;
-    surface.borders.truncate(1);
-    surface.borders.push(BorderLine {
-        path: vec![],
-        ..surface.borders[0].clone()
-    });
+    // One triangle, all its edges one border.
+    let mut parts = three_sheets().into_parts();
+    parts.triangles.truncate(1);
+    parts.triangles[0].sheet = 0;
+    parts.seams.clear();
+    parts.borders.truncate(1);
+    parts.borders[0].sheet = 0;
+    parts.borders[0].closed = true;
+    let surface = MidSurface::new(parts).unwrap();
     let mut bytes = Vec::new();
     let options = SurfaceOptions { obj_lines: true };
     write_surface(&surface, SurfaceFormat::Obj, options, &mut bytes).unwrap();
@@ -126,9 +133,9 @@ fn ply_round_trips() {
     let bytes = written(SurfaceFormat::Ply, SurfaceOptions::default());
     let loaded = read(MeshFormat::Ply, &bytes).unwrap();
     let surface = three_sheets();
-    let positions: Vec<DVec3> = surface.vertices.iter().map(|v| v.position).collect();
+    let positions: Vec<DVec3> = surface.vertices().iter().map(|v| v.position).collect();
     assert_eq!(loaded.mesh.positions, positions);
-    let triangles: Vec<_> = surface.triangles.iter().map(|t| t.corners).collect();
+    let triangles: Vec<_> = surface.triangles().iter().map(|t| t.corners).collect();
     assert_eq!(loaded.mesh.triangles, triangles);
     // Thickness, radius and kind of the last vertex, sheet of the last face.
     let faces = bytes.len() - 7 * 9 - 3 * 17;

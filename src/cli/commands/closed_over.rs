@@ -102,12 +102,12 @@ fn reached(
 /// Vertices on coping borders, ends of seams among them; some twice.
 fn border_points(surface: &MidSurface) -> impl Iterator<Item = DVec3> + '_ {
     let on_lines = surface
-        .borders
+        .borders()
         .iter()
         .filter(|border| border.kind == BorderKind::Coping)
-        .flat_map(|border| border.path.iter().map(|&v| &surface.vertices[v as usize]));
+        .flat_map(|border| border.path.iter().map(|&v| &surface.vertices()[v as usize]));
     let by_kind = surface
-        .vertices
+        .vertices()
         .iter()
         .filter(|vertex| vertex.kind == VertexKind::CopingBorder);
     on_lines.chain(by_kind).map(|vertex| vertex.position)
@@ -117,8 +117,7 @@ fn border_points(surface: &MidSurface) -> impl Iterator<Item = DVec3> + '_ {
 mod tests {
     use midsurf::io::{MeshFormat, read_mesh_bytes};
     use midsurf::mesh::PartOptions;
-    use midsurf::surface::MidVertex;
-    use smallvec::SmallVec;
+    use midsurf::surface::{Ball, MidVertex, SurfaceParts};
 
     use super::*;
 
@@ -139,13 +138,13 @@ mod tests {
         let vertex = |&position: &DVec3| MidVertex {
             position,
             kind: VertexKind::CopingBorder,
-            thickness: 1.0,
-            footpoints: SmallVec::new(),
+            ball: Ball::default(),
         };
-        MidSurface {
+        MidSurface::new(SurfaceParts {
             vertices: points.iter().map(vertex).collect(),
-            ..MidSurface::default()
-        }
+            ..SurfaceParts::default()
+        })
+        .unwrap()
     }
 
     #[test]

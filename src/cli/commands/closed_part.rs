@@ -1,7 +1,7 @@
 //! What the commands that offset a closed part have in common: flags, the
 //! run, the report.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -87,8 +87,10 @@ pub(crate) fn run(
 
     let settings = args.settings(&input, distance)?;
     let show = |stage, done, expected| progress.show(stage, done, expected);
-    let mut result = offset(&input.part, &settings, &show)
-        .map_err(|error| failure(&error, &args.part, command))?;
+    let mut result = offset(&input.part, &settings, &show).map_err(|error| match error {
+        OffsetError::Empty(_) => Failure::fruitless(&args.part, &error),
+        _ => Failure::refused(&args.part, &error),
+    })?;
     let mut warnings = std::mem::take(&mut input.warnings);
     warnings.extend(result.warnings.iter().map(|w| explain(*w, distance)));
 
@@ -267,22 +269,4 @@ fn explain(warning: OffsetWarning, distance: f64) -> Warning {
         ),
     };
     Warning { code, message }
-}
-
-fn failure(error: &OffsetError, part: &Path, command: &str) -> Failure {
-    let message = format!("{}: {error}", part.display());
-    let help = match error {
-        OffsetError::BadDistance(_) if command == "hollow" => "give --thickness a positive length",
-        OffsetError::BadDistance(_) => {
-            "give --distance a positive length to grow, a negative one (--distance=-2) to shrink"
-        }
-        OffsetError::BadCell(_) => "give --cell a positive length, or leave it away",
-        OffsetError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
-        OffsetError::Open => "`midsurf info PART` counts the open edges",
-        OffsetError::Grid(error) => Failure::grid_help(error),
-        OffsetError::Empty(_) => {
-            return Failure::no_result(message, "take a smaller distance or a smaller --cell");
-        }
-    };
-    Failure::usage(message, help)
 }

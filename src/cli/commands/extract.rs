@@ -122,8 +122,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result = extract(&input.part, &args.settings(), &show)
-        .map_err(|error| Failure::extract(&error, &args.part))?;
-    if result.surface.triangles.is_empty() {
+        .map_err(|error| Failure::refused(&args.part, &error))?;
+    if result.surface.triangles().is_empty() {
         return Err(Failure::no_result(
             format!("{}: no mid-surface was found", args.part.display()),
             "check the coping tags with `midsurf tags PART TAGS`, and take a smaller --cell",
@@ -152,7 +152,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             say(format_args!("{line}"));
         }
     }
-    Ok(if result.cracks.is_empty() {
+    Ok(if result.graph.cracks().is_empty() {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)

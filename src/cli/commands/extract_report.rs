@@ -66,7 +66,8 @@ impl Report {
 
     /// The report as JSON.
     pub(crate) fn json(&self, args: &Args, input: &Input, result: &Extraction) -> Value {
-        let Extraction { work, cracks, .. } = result;
+        let Extraction { work, graph, .. } = result;
+        let cracks = graph.cracks();
         let bounds = input.part.bounds();
         let warnings: Vec<&Warning> = input.warnings.iter().chain(&self.warnings).collect();
         json!({
@@ -102,13 +103,13 @@ impl Report {
             "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],
             "closed_over": self.closed_over,
             "work": {
-                "cells": work.cells,
-                "tetrahedra": work.tetrahedra,
-                "faces": work.faces,
-                "edges": work.edges,
-                "queries": work.queries,
-                "queries_per_edge": work.queries_per_edge,
-                "lost": work.lost,
+                "cells": work.counts.cells,
+                "tetrahedra": work.counts.tetrahedra,
+                "faces": work.counts.faces,
+                "edges": work.counts.edges,
+                "queries": work.counts.queries,
+                "queries_per_edge": work.counts.queries_per_edge,
+                "lost": work.counts.lost,
             },
             "seconds": {
                 "read": self.seconds.read,
@@ -127,7 +128,7 @@ impl Report {
     /// What came out.
     fn result(&self, result: &Extraction) -> Value {
         let Extraction { surface, graph, .. } = result;
-        let seams = surface.seams.iter().zip(graph.seams());
+        let seams = surface.seams().iter().zip(graph.seams());
         let seams = seams.map(|(line, data)| {
             json!({
                 "sheets": line.sheets,
@@ -136,7 +137,7 @@ impl Report {
                 "ends": data.ends,
             })
         });
-        let borders = surface.borders.iter().zip(graph.borders());
+        let borders = surface.borders().iter().zip(graph.borders());
         let borders = borders.map(|(line, data)| {
             json!({
                 "sheet": line.sheet,
@@ -171,7 +172,8 @@ impl Report {
 
     /// The report in lines for stderr.
     pub(crate) fn summary(&self, result: &Extraction, verbose: u8) -> Vec<String> {
-        let Extraction { work, cracks, .. } = result;
+        let Extraction { work, graph, .. } = result;
+        let cracks = graph.cracks();
         let Summary { counts, .. } = &self.figures;
         let mut lines = vec![
             format!(
@@ -211,11 +213,11 @@ impl Report {
         lines.push(format!(
             "cell         {}, {} active",
             figure(work.cell),
-            work.cells
+            work.counts.cells
         ));
         lines.push(format!(
             "queries      {}, {:.2} an edge",
-            work.queries, work.queries_per_edge
+            work.counts.queries, work.counts.queries_per_edge
         ));
         let stages = [
             ("read", self.seconds.read),
@@ -243,7 +245,7 @@ impl Report {
         if verbose > 1 {
             lines.push(format!(
                 "lattice      {} tetrahedra, {} faces, {} edges solved",
-                work.tetrahedra, work.faces, work.edges
+                work.counts.tetrahedra, work.counts.faces, work.counts.edges
             ));
             for crack in cracks {
                 lines.push(format!(
@@ -263,14 +265,14 @@ fn warnings(result: &Extraction, closed_over: &[ClosedOver]) -> Vec<Warning> {
     let mut warn = |code, message: String| {
         warnings.push(Warning { code, message });
     };
-    if !result.cracks.is_empty() {
-        let places = named(result.cracks.iter().map(|crack| crack.at));
-        let length: f64 = result.cracks.iter().map(|crack| crack.length).sum();
+    if !result.graph.cracks().is_empty() {
+        let places = named(result.graph.cracks().iter().map(|crack| crack.at));
+        let length: f64 = result.graph.cracks().iter().map(|crack| crack.length).sum();
         warn(
             "cracks",
             format!(
                 "the mid-surface has {}, {} long in all, at {places}: something is missing there; another --cell may help",
-                counted(result.cracks.len(), "crack"),
+                counted(result.graph.cracks().len(), "crack"),
                 figure(length),
             ),
         );
@@ -307,12 +309,12 @@ fn warnings(result: &Extraction, closed_over: &[ClosedOver]) -> Vec<Warning> {
             warn(code, format!("{} where {what}", counted(count, "place")));
         }
     }
-    if result.work.lost > 0 {
+    if result.work.counts.lost > 0 {
         warn(
             "lost",
             format!(
                 "followers stopped short at {}; what did not close otherwise is counted as a crack",
-                counted(result.work.lost, "place")
+                counted(result.work.counts.lost, "place")
             ),
         );
     }

@@ -194,17 +194,10 @@ pub(crate) fn explain(warning: RethickenWarning) -> (&'static str, &'static str)
     }
 }
 
-/// Why there is no solid, in words and with a remedy.
+/// A mid-surface that gives no solid.
 pub(crate) fn failure(error: &RethickenError, file: &Path) -> Failure {
-    let message = format!("{}: {error}", file.display());
-    let help = match error {
-        RethickenError::BadCell(_) => "give --cell a positive length, or leave it away",
-        RethickenError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
-        RethickenError::Grid(error) => Failure::grid_help(error),
-        RethickenError::Empty(_) => {
-            return Failure::no_result(message, "take a smaller --cell");
-        }
-        _ => "extract the mid-surface again",
-    };
-    Failure::usage(message, help)
+    match error {
+        RethickenError::Empty(_) => Failure::fruitless(file, error),
+        _ => Failure::refused(file, error),
+    }
 }

@@ -123,8 +123,10 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     };
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result = roundtrip(&input.part, &settings, &show).map_err(|error| match &error {
-        RoundTripError::Extract(error) => Failure::extract(error, &args.part),
-        RoundTripError::Rethicken(error) => rethicken::failure(error, &args.part),
+        RoundTripError::Rethicken(error) => {
+            rethicken::failure(error, &args.part).calling("--cell", "--solid-cell")
+        }
+        error => Failure::refused(&args.part, error),
     })?;
     let mut warnings = std::mem::take(&mut input.warnings);
     warnings.extend(result.solid.warnings.iter().map(|warning| {
@@ -169,9 +171,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "weld": args.weld,
         },
         "surface": {
-            "vertices": result.extraction.surface.vertices.len(),
-            "triangles": result.extraction.surface.triangles.len(),
-            "cracks": result.extraction.cracks.len(),
+            "vertices": result.extraction.surface.vertices().len(),
+            "triangles": result.extraction.surface.triangles().len(),
+            "cracks": result.extraction.graph.cracks().len(),
         },
         "solid": {
             "vertices": result.solid.mesh.positions.len(),
@@ -192,7 +194,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         print_warnings(&warnings);
         summary(&result);
     }
-    Ok(if result.extraction.cracks.is_empty() {
+    Ok(if result.extraction.graph.cracks().is_empty() {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)

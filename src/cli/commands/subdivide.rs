@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use midsurf::io::write::Shade;
 use midsurf::io::{ControlMesh, Place, read_control};
+use midsurf::offset::OffsetError;
 use midsurf::settings::cell::CellSize;
 use midsurf::subdivide::{
     Boundary, Cage, ContourError, ContourSettings, FoldFree, HollowSolid, Level, MOST_LEVELS,
@@ -224,8 +225,7 @@ fn read(file: &Path) -> Result<Control, Failure> {
             (_, Some(vertex)) => mesh.place_of_vertex(vertex),
             _ => Place::Whole,
         };
-        let message = format!("{}: {error}", place.within(file));
-        Failure::usage(message, error.remedy())
+        Failure::at(place, file, &error)
     })?;
     let ControlMesh {
         sha256, warnings, ..
@@ -256,22 +256,9 @@ fn read(file: &Path) -> Result<Control, Failure> {
 }
 
 fn failed(error: &SubdivideError, file: &Path) -> Failure {
-    let message = format!("{}: {error}", file.display());
     match error {
-        SubdivideError::NoLevel { .. } => Failure::no_result(
-            message,
-            "--scheme contour has no folds at any thickness; or allow a greater --tolerance, \
-             ask for a smaller --thickness, or take a level all the same with --levels N",
-        ),
-        SubdivideError::Cage(error) => Failure::usage(message, error.remedy()),
-        SubdivideError::Samples { .. } | SubdivideError::Levels(_) => {
-            Failure::usage(message, "take fewer --samples or --levels")
-        }
-        SubdivideError::NoNormal { .. } => Failure::usage(
-            message,
-            "remove the parts of the control mesh that have no area",
-        ),
-        _ => Failure::usage(message, "give a positive length"),
+        SubdivideError::NoLevel { .. } => Failure::fruitless(file, error),
+        _ => Failure::refused(file, error),
     }
 }
 
@@ -293,14 +280,10 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
         precision: args.solid.precision(),
     };
     let show = |stage, done, total| progress.show(stage, done, total);
-    let solid = contour(&control.cage, &settings, &show).map_err(|error| {
-        let message = format!("{}: {error}", args.control.display());
-        match error {
-            ContourError::Surface(error) => failed(&error, &args.control),
-            ContourError::Open => Failure::usage(message, "take --scheme crust or direct"),
-            ContourError::Offset(_) => Failure::no_result(message, "take a smaller --thickness"),
-            ContourError::Part(_) => Failure::usage(message, "check the control mesh"),
-        }
+    let solid = contour(&control.cage, &settings, &show).map_err(|error| match &error {
+        ContourError::Surface(error) => failed(error, &args.control),
+        ContourError::Offset(OffsetError::Empty(_)) => Failure::fruitless(&args.control, &error),
+        _ => Failure::refused(&args.control, &error),
     })?;
     progress.show("writing", 0, 0);
     let staged = args.solid.stage(&solid.mesh, shade(&solid.thickness))?;

@@ -1,6 +1,6 @@
 //! `midsurf thicken`: a solid on one side of a surface.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -93,8 +93,10 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         warnings.extend(rounded(&loaded.mesh));
     }
     let show = |stage, done, expected| progress.show(stage, done, expected);
-    let result =
-        thicken(&loaded.mesh, &settings, &show).map_err(|error| failure(&error, &args.patch))?;
+    let result = thicken(&loaded.mesh, &settings, &show).map_err(|error| match error {
+        ThickenError::Unresolved { .. } => Failure::fruitless(&args.patch, &error),
+        _ => Failure::refused(&args.patch, &error),
+    })?;
     warnings.extend(refined(&result, settings.cell));
     warnings.extend(unsound(&result));
 
@@ -269,35 +271,4 @@ fn unsound(result: &Thickened) -> Option<Warning> {
             result.self_intersections, result.bad_edges
         ),
     })
-}
-
-fn failure(error: &ThickenError, patch: &Path) -> Failure {
-    let message = format!("{}: {error}", patch.display());
-    let help = match error {
-        ThickenError::BadThickness(_) => {
-            "give --thickness a positive length; --side says on which side"
-        }
-        ThickenError::BadCell(_) => "give --cell a positive length, or leave it away",
-        ThickenError::BadTolerance(_) => "give --tolerance a positive length, or leave it away",
-        ThickenError::CoarseCell { .. } => {
-            "take a smaller --cell; without it the cell is a quarter of the thickness"
-        }
-        ThickenError::Empty | ThickenError::BadCorner(_) => {
-            "check that the export holds the surface's faces"
-        }
-        ThickenError::NoArea { .. } => "remove triangles whose corners lie on one line",
-        ThickenError::NotManifold { .. } | ThickenError::PinchedVertex(_) => {
-            "part the sheets that meet there, and thicken them one by one"
-        }
-        ThickenError::Sides(_) => "turn the triangles so that their normals agree",
-        ThickenError::OneSided => "cut it open, so that it has two sides",
-        ThickenError::SelfIntersecting { .. } => {
-            "remove the triangles that cut each other; the side of a point means nothing there"
-        }
-        ThickenError::Grid(error) => Failure::grid_help(error),
-        ThickenError::Unresolved { .. } => {
-            return Failure::no_result(message, "take a smaller --cell or a smaller thickness");
-        }
-    };
-    Failure::usage(message, help)
 }

@@ -20,19 +20,19 @@ impl Thickness {
     /// Every vertex counts with a third of the area of its triangles; none
     /// without triangles.
     pub(crate) fn of(surface: &MidSurface) -> Option<Thickness> {
-        let mut weights = vec![0.0; surface.vertices.len()];
-        for triangle in &surface.triangles {
+        let mut weights = vec![0.0; surface.vertices().len()];
+        for triangle in surface.triangles() {
             let corners = triangle.corners.map(|v| v as usize);
-            let [a, b, c] = corners.map(|v| surface.vertices[v].position);
+            let [a, b, c] = corners.map(|v| surface.vertices()[v].position);
             let area = 0.5 * (b - a).cross(c - a).length();
             for corner in corners {
                 weights[corner] += area / 3.0;
             }
         }
-        let vertices = surface.vertices.iter().zip(weights);
+        let vertices = surface.vertices().iter().zip(weights);
         let mut samples: Vec<(f64, f64)> = vertices
             .filter(|(_, weight)| *weight > 0.0)
-            .map(|(vertex, weight)| (vertex.thickness, weight))
+            .map(|(vertex, weight)| (vertex.ball.thickness, weight))
             .collect();
         samples.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (first, last) = (samples.first()?.0, samples.last()?.0);
@@ -61,8 +61,7 @@ impl Thickness {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use midsurf::surface::{MidTriangle, MidVertex, VertexKind};
-    use smallvec::SmallVec;
+    use midsurf::surface::{Ball, MidTriangle, MidVertex, SurfaceParts, VertexKind};
 
     use super::*;
 
@@ -80,15 +79,18 @@ mod tests {
         let vertices = points.iter().enumerate().map(|(n, [x, y])| MidVertex {
             position: DVec3::new(*x, *y, 0.0),
             kind: VertexKind::Sheet,
-            thickness: if n < 3 { 1.0 } else { 5.0 },
-            footpoints: SmallVec::new(),
+            ball: Ball {
+                thickness: if n < 3 { 1.0 } else { 5.0 },
+                ..Ball::default()
+            },
         });
         let triangle = |corners| MidTriangle { corners, sheet: 0 };
-        let surface = MidSurface {
+        let surface = MidSurface::new(SurfaceParts {
             vertices: vertices.collect(),
             triangles: vec![triangle([0, 1, 2]), triangle([3, 4, 5])],
-            ..MidSurface::default()
-        };
+            ..SurfaceParts::default()
+        })
+        .unwrap();
         let t = Thickness::of(&surface).unwrap();
         assert_eq!(
             (t.min, t.p5, t.p50, t.p95, t.max),

@@ -1,19 +1,17 @@
 //! Why a command failed, and the exit code for it.
+//!
+//! What to do about an error stands at the error, in the library, and may name
+//! several flags. What is printed keeps the clauses whose flags the command
+//! that failed has.
 
 use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use midsurf::dual_contour::GridError;
-use midsurf::extract::ExtractError;
 use midsurf::io::{LoadedMesh, Place};
 use midsurf::mesh::PartError;
-use miette::{Diagnostic, Report};
-
-/// Help for cells that would not fit into memory.
-const TOO_FINE: &str =
-    "take a larger --cell, or raise --memory-limit if the machine has more memory";
+use miette::{Diagnostic, LabeledSpan, Report, SourceCode};
 
 /// A failed command.
 pub(crate) enum Failure {
@@ -31,45 +29,24 @@ impl Failure {
         Failure::Input(Report::new(error))
     }
 
-    /// A part that the library refused; the message gains file and line.
-    pub(crate) fn part(error: PartError, file: &Path, place: Place) -> Failure {
-        let message = format!("{}: {error}", place.within(file));
-        Failure::input(Explained {
-            message,
-            help: error.help().map(|help| help.to_string()),
-        })
+    /// A file that an engine refused.
+    pub(crate) fn refused(file: &Path, error: &dyn Diagnostic) -> Failure {
+        Failure::at(Place::Whole, file, error)
+    }
+
+    /// A place in a file that the library refused.
+    pub(crate) fn at(place: Place, file: &Path, error: &dyn Diagnostic) -> Failure {
+        Failure::input(Explained::within(place, file, error))
+    }
+
+    /// A file of which nothing comes.
+    pub(crate) fn fruitless(file: &Path, error: &dyn Diagnostic) -> Failure {
+        Failure::output(Explained::within(Place::Whole, file, error))
     }
 
     /// Flags that do not go together.
     pub(crate) fn usage(message: impl Into<String>, help: impl Into<String>) -> Failure {
-        Failure::input(Explained {
-            message: message.into(),
-            help: Some(help.into()),
-        })
-    }
-
-    /// Settings that do not fit the part.
-    pub(crate) fn extract(error: &ExtractError, file: &Path) -> Failure {
-        let help = match error {
-            ExtractError::BadCell(_) => "give a positive length, or leave --cell away",
-            ExtractError::NoThickness => {
-                "`midsurf tags PART TAGS` shows what is tagged; --cell takes a length"
-            }
-            ExtractError::TooFine(_) => TOO_FINE,
-            ExtractError::Stopped => "start again",
-        };
-        Failure::input(Explained {
-            message: format!("{}: {error}", file.display()),
-            help: Some(help.to_owned()),
-        })
-    }
-
-    /// A grid that is refused: what to do about it.
-    pub(crate) fn grid_help(error: &GridError) -> &'static str {
-        match error {
-            GridError::TooFine(_) => TOO_FINE,
-            GridError::NoGrid { .. } => "move it nearer to the origin, or take a larger --cell",
-        }
+        Failure::input(Explained::new(message, help))
     }
 
     /// A result that could not be written.
@@ -79,18 +56,33 @@ impl Failure {
 
     /// No result, in words.
     pub(crate) fn no_result(message: impl Into<String>, help: impl Into<String>) -> Failure {
-        Failure::NoResult(Report::new(Explained {
-            message: message.into(),
-            help: Some(help.into()),
-        }))
+        Failure::output(Explained::new(message, help))
     }
 
-    /// Prints the error and its causes to stderr. A reader that went away is
-    /// no error.
-    pub(crate) fn print(&self) {
+    /// Calls a flag that the help names by the command's own name for it.
+    pub(crate) fn calling(self, flag: &str, own: &str) -> Failure {
+        let call = |report: Report| {
+            let help = report
+                .help()
+                .map(|help| help.to_string().replace(flag, own));
+            Report::new(Told { report, help })
+        };
+        match self {
+            Failure::Input(report) => Failure::Input(call(report)),
+            Failure::NoResult(report) => Failure::NoResult(call(report)),
+            stdout => stdout,
+        }
+    }
+
+    /// Prints the error and its causes to stderr, with such help as names only
+    /// flags of the command. A reader that went away is no error.
+    pub(crate) fn print(self, flags: &[String]) {
         let mut stderr = io::stderr();
         let _ = match self {
             Failure::Input(report) | Failure::NoResult(report) => {
+                let help = report.help();
+                let help = help.and_then(|help| fitting(&help.to_string(), flags));
+                let report = Report::new(Told { report, help });
                 write!(stderr, "Error: {report:?}")
             }
             Failure::Stdout(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
@@ -116,6 +108,22 @@ impl From<io::Error> for Failure {
     }
 }
 
+/// The clauses of a help text, set apart by semicolons, that name no flag but
+/// these; none if none is left.
+fn fitting(help: &str, flags: &[String]) -> Option<String> {
+    let known = |clause: &&str| named(clause).all(|flag| flags.iter().any(|own| own == flag));
+    let clauses: Vec<&str> = help.split("; ").filter(known).collect();
+    (!clauses.is_empty()).then(|| clauses.join("; "))
+}
+
+/// Flags that a text names, without their dashes.
+fn named(text: &str) -> impl Iterator<Item = &str> {
+    text.split("--").skip(1).map(|rest| {
+        let end = rest.find(|c: char| !(c.is_ascii_lowercase() || c == '-'));
+        &rest[..end.unwrap_or(rest.len())]
+    })
+}
+
 /// Where the file states the triangle that an error names.
 pub(crate) fn place_of(error: &PartError, loaded: &LoadedMesh) -> Place {
     error
@@ -130,6 +138,22 @@ struct Explained {
     help: Option<String>,
 }
 
+impl Explained {
+    fn new(message: impl Into<String>, help: impl Into<String>) -> Explained {
+        Explained {
+            message: message.into(),
+            help: Some(help.into()),
+        }
+    }
+
+    fn within(place: Place, file: &Path, error: &dyn Diagnostic) -> Explained {
+        Explained {
+            message: format!("{}: {error}", place.within(file)),
+            help: error.help().map(|help| help.to_string()),
+        }
+    }
+}
+
 impl fmt::Display for Explained {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
@@ -140,8 +164,70 @@ impl std::error::Error for Explained {}
 
 impl Diagnostic for Explained {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.help
-            .as_ref()
-            .map(|help| Box::new(help) as Box<dyn fmt::Display>)
+        help(&self.help)
+    }
+}
+
+/// A report with other help.
+#[derive(Debug)]
+struct Told {
+    report: Report,
+    help: Option<String>,
+}
+
+impl fmt::Display for Told {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.report.fmt(f)
+    }
+}
+
+impl std::error::Error for Told {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.report.source()
+    }
+}
+
+impl Diagnostic for Told {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        help(&self.help)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.report.source_code()
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        self.report.labels()
+    }
+}
+
+fn help(text: &Option<String>) -> Option<Box<dyn fmt::Display + '_>> {
+    text.as_ref()
+        .map(|text| Box::new(text) as Box<dyn fmt::Display>)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fitting;
+
+    #[test]
+    fn help_names_only_flags_of_the_command() {
+        let help =
+            "close the holes; try --weld with a small length; --allow-open goes on, but not well";
+        let flags = |names: &[&str]| {
+            names
+                .iter()
+                .map(|&name| name.to_owned())
+                .collect::<Vec<_>>()
+        };
+        let told = |names| fitting(help, &flags(names));
+        assert_eq!(told(&["weld", "allow-open"]).as_deref(), Some(help));
+        assert_eq!(told(&[]).as_deref(), Some("close the holes"));
+        let some = "close the holes; try --weld with a small length";
+        assert_eq!(told(&["weld", "open"]).as_deref(), Some(some));
+        assert_eq!(fitting("take a smaller --cell", &flags(&["cells"])), None);
+        let shrink = "a negative one (--distance=-2) to shrink";
+        let told = fitting(shrink, &flags(&["distance"]));
+        assert_eq!(told.as_deref(), Some(shrink));
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use midsurf::coping::{Coping, RuleResult, geometry_checksum, read_tags};
-use midsurf::io::{FacetNames, LoadedMesh, Place, ReadWarning, read_mesh};
+use midsurf::io::{FacetNames, LoadedMesh, ReadWarning, read_mesh};
 use midsurf::mesh::{Part, PartError, PartOptions};
 use serde::Serialize;
 
@@ -86,11 +86,11 @@ impl Input {
             Part::new(mesh, flags, options).map_err(|error| match (&error, tags) {
                 // Those two are the tags' fault.
                 (PartError::AllCoping { .. } | PartError::NoWall { .. }, Some(tags)) => {
-                    Failure::part(error, tags, Place::Whole)
+                    Failure::refused(tags, &error)
                 }
                 _ => {
                     let place = place_of(&error, &loaded);
-                    Failure::part(error, file, place)
+                    Failure::at(place, file, &error)
                 }
             })?;
         warnings.extend(more.iter().map(|warning| Warning {

@@ -197,8 +197,8 @@ pub fn write_surface(
         SurfaceFormat::Ply => ply::write(surface, out),
         SurfaceFormat::Vtu => vtu::write(surface, out),
         SurfaceFormat::Stl => {
-            let position = |v: u32| surface.vertices[v as usize].position;
-            let corners = surface.triangles.iter().map(|t| t.corners.map(position));
+            let position = |v: u32| surface.vertices()[v as usize].position;
+            let corners = surface.triangles().iter().map(|t| t.corners.map(position));
             stl::write(corners, "mid-surface, binary STL", out)
         }
     }

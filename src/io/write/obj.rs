@@ -13,22 +13,22 @@ pub(super) fn write(
     writeln!(
         out,
         "# mid-surface: {} vertices, {} triangles, {} sheets, {} seams",
-        surface.vertices.len(),
-        surface.triangles.len(),
-        surface.sheet_count,
-        surface.seams.len()
+        surface.vertices().len(),
+        surface.triangles().len(),
+        surface.sheet_count(),
+        surface.seams().len()
     )?;
     writeln!(out, "o mid_surface")?;
-    for vertex in &surface.vertices {
+    for vertex in surface.vertices() {
         let p = vertex.position;
         writeln!(out, "v {} {} {}", p.x, p.y, p.z)?;
     }
     // By sheet, each sheet's triangles in their order.
-    let mut order: Vec<usize> = (0..surface.triangles.len()).collect();
-    order.sort_by_key(|&index| surface.triangles[index].sheet);
+    let mut order: Vec<usize> = (0..surface.triangles().len()).collect();
+    order.sort_by_key(|&index| surface.triangles()[index].sheet);
     let mut sheet = None;
     for index in order {
-        let triangle = surface.triangles[index];
+        let triangle = surface.triangles()[index];
         if sheet != Some(triangle.sheet) {
             sheet = Some(triangle.sheet);
             writeln!(out, "g sheet_{}", triangle.sheet)?;
@@ -37,11 +37,11 @@ pub(super) fn write(
         writeln!(out, "f {a} {b} {c}")?;
     }
     if options.obj_lines {
-        for (number, seam) in surface.seams.iter().enumerate() {
+        for (number, seam) in surface.seams().iter().enumerate() {
             writeln!(out, "g seam_{number}")?;
             line(&seam.path, seam.closed, out)?;
         }
-        for (number, border) in surface.borders.iter().enumerate() {
+        for (number, border) in surface.borders().iter().enumerate() {
             let kind = match border.kind {
                 BorderKind::Coping => "coping",
                 BorderKind::Fading => "fading",

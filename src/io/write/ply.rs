@@ -66,8 +66,9 @@ pub(super) fn write_mesh(
 /// Writes a mid-surface with thickness, radius and kind a vertex, sheet a face,
 /// and the edges of seams and borders with their kind.
 pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()> {
-    let seams = (surface.seams.iter()).map(|l| (&l.path, l.closed, vertex_code(VertexKind::Seam)));
-    let borders = (surface.borders.iter()).map(|l| (&l.path, l.closed, border_code(l.kind)));
+    let seams =
+        (surface.seams().iter()).map(|l| (&l.path, l.closed, vertex_code(VertexKind::Seam)));
+    let borders = (surface.borders().iter()).map(|l| (&l.path, l.closed, border_code(l.kind)));
     let edges: Vec<([u32; 2], u8)> = seams
         .chain(borders)
         .flat_map(|(path, closed, kind)| segments(path, closed).map(move |edge| (edge, kind)))
@@ -92,16 +93,16 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
          property int vertex2\n\
          property uchar kind\n\
          end_header\n",
-        surface.vertices.len(),
-        surface.triangles.len(),
+        surface.vertices().len(),
+        surface.triangles().len(),
         edges.len()
     )?;
-    for vertex in &surface.vertices {
+    for vertex in surface.vertices() {
         write_floats(&vertex.position.to_array(), out)?;
-        write_floats(&[vertex.thickness, vertex.radius()], out)?;
+        write_floats(&[vertex.ball.thickness, vertex.ball.radius], out)?;
         out.write_all(&[vertex_code(vertex.kind)])?;
     }
-    for triangle in &surface.triangles {
+    for triangle in surface.triangles() {
         write_corners(triangle.corners, out)?;
         out.write_all(&triangle.sheet.to_le_bytes())?;
     }

@@ -51,17 +51,17 @@ impl Cells {
 
     fn of(surface: &MidSurface) -> Cells {
         let mut cells = Cells::default();
-        for triangle in &surface.triangles {
+        for triangle in surface.triangles() {
             let sheet = triangle.sheet as i32;
             cells.push(&triangle.corners, VTK_TRIANGLE, sheet, 0, -1);
         }
-        for (number, seam) in surface.seams.iter().enumerate() {
+        for (number, seam) in surface.seams().iter().enumerate() {
             let kind = vertex_code(VertexKind::Seam);
             for segment in segments(&seam.path, seam.closed) {
                 cells.push(&segment, VTK_LINE, -1, kind, number as i32);
             }
         }
-        for (number, border) in surface.borders.iter().enumerate() {
+        for (number, border) in surface.borders().iter().enumerate() {
             let kind = border_code(border.kind);
             for segment in segments(&border.path, border.closed) {
                 let sheet = border.sheet as i32;
@@ -74,7 +74,7 @@ impl Cells {
 
 pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()> {
     let cells = Cells::of(surface);
-    let vertices = &surface.vertices;
+    let vertices = &surface.vertices();
     let positions: Vec<u8> = vertices
         .iter()
         .flat_map(|vertex| vertex.position.to_array())
@@ -82,7 +82,7 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
         .collect();
     let thickness: Vec<u8> = vertices
         .iter()
-        .flat_map(|vertex| vertex.thickness.to_le_bytes())
+        .flat_map(|vertex| vertex.ball.thickness.to_le_bytes())
         .collect();
     let kinds: Vec<u8> = vertices
         .iter()

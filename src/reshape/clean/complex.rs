@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 
 use crate::mesh::FaceId;
 use crate::surface::marked::Line;
-use crate::surface::marked::{RawMesh, edge};
+use crate::surface::marked::{MarkedMesh, edge};
 
 /// Vertex without triangles, in [`Complex::triangles`].
 const GONE: u32 = u32::MAX;
@@ -53,7 +53,7 @@ pub(super) struct Complex {
 
 impl Complex {
     /// Triangles with a repeated corner are dropped.
-    pub(super) fn new(mesh: &RawMesh) -> Complex {
+    pub(super) fn new(mesh: &MarkedMesh) -> Complex {
         let sound = |c: &&[u32; 3]| c[0] != c[1] && c[1] != c[2] && c[2] != c[0];
         let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(sound).copied().collect();
         let count = mesh.vertices.len();
@@ -95,7 +95,7 @@ impl Complex {
     }
 
     /// The mesh again: vertices in use and triangles left, in their old order.
-    pub(super) fn into_mesh(self, mesh: &RawMesh) -> RawMesh {
+    pub(super) fn into_mesh(self, mesh: &MarkedMesh) -> MarkedMesh {
         let mut number = vec![GONE; self.at.len()];
         let mut vertices = Vec::new();
         for (v, vertex) in mesh.vertices.iter().enumerate() {
@@ -105,7 +105,7 @@ impl Complex {
             }
         }
         let renumber = |v: u32| number[v as usize];
-        RawMesh {
+        MarkedMesh {
             vertices,
             triangles: (self.triangles.iter())
                 .filter(|c| c[0] != GONE)

@@ -31,7 +31,7 @@ use smallvec::SmallVec;
 use crate::field::Field;
 use crate::mesh::FaceId;
 use crate::surface::marked::Line;
-use crate::surface::marked::RawMesh;
+use crate::surface::marked::MarkedMesh;
 use complex::{Complex, Rank};
 use shape::{Shape, crossing_gap, to_segment, to_triangle};
 
@@ -103,24 +103,24 @@ const LOSS: f64 = 0.5;
 const GAIN: f64 = 1.05;
 
 /// Contracts edges much shorter than a cell, and flips edges inside sheets.
-pub fn clean(mesh: RawMesh, cell: f64) -> RawMesh {
+pub fn clean(mesh: MarkedMesh, cell: f64) -> MarkedMesh {
     clean_counted(&mesh, cell, &Settings::default(), None).0
 }
 
 /// As [`clean`], with the field of the part: it tells which coping triangles
 /// lie in one plane, so that a border over a flat coping face is cleaned as a
 /// seam is. Without it only within each coping triangle.
-pub fn clean_on(mesh: RawMesh, cell: f64, field: &Field) -> RawMesh {
+pub fn clean_on(mesh: MarkedMesh, cell: f64, field: &Field) -> MarkedMesh {
     clean_counted(&mesh, cell, &Settings::default(), Some(field)).0
 }
 
 /// As [`clean_on`], with settings; tells what it did.
 pub fn clean_counted(
-    mesh: &RawMesh,
+    mesh: &MarkedMesh,
     cell: f64,
     settings: &Settings,
     field: Option<&Field>,
-) -> (RawMesh, Edits) {
+) -> (MarkedMesh, Edits) {
     let mut cleaner = Cleaner::new(mesh, cell, settings, field);
     for _ in 0..settings.rounds {
         let changed = cleaner.contract_short() + cleaner.flip_poor() + cleaner.contract_poor();
@@ -167,7 +167,7 @@ struct Outcome {
 
 impl<'f> Cleaner<'f> {
     fn new(
-        mesh: &RawMesh,
+        mesh: &MarkedMesh,
         cell: f64,
         settings: &Settings,
         field: Option<&'f Field>,

@@ -3,14 +3,10 @@
 use rayon::slice::ParallelSliceMut;
 use rustc_hash::FxHashMap;
 
-use crate::surface::marked::Line;
-
 /// All edges, in ascending order of their vertices.
 pub(super) struct Edges {
     /// Vertices, lower first.
     pub(super) ends: Vec<[u32; 2]>,
-    /// What followers said of the edge.
-    pub(super) line: Vec<Option<Line>>,
     /// Edge `k` of a face runs from its corner `k` to its corner `k + 1`.
     pub(super) of_face: Vec<[u32; 3]>,
     /// Uses of edge `e`: `uses[first[e]..first[e + 1]]`.
@@ -21,7 +17,7 @@ pub(super) struct Edges {
 
 impl Edges {
     /// Edges of triangles without repeated corners.
-    pub(super) fn new(triangles: &[[u32; 3]], mark: impl Fn(u32, u32) -> Option<Line>) -> Edges {
+    pub(super) fn new(triangles: &[[u32; 3]]) -> Edges {
         let mut all: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * triangles.len());
         for (t, c) in triangles.iter().enumerate() {
             for k in 0..3 {
@@ -33,7 +29,6 @@ impl Edges {
         all.par_sort_unstable();
         let mut edges = Edges {
             ends: Vec::new(),
-            line: Vec::new(),
             of_face: vec![[0; 3]; triangles.len()],
             first: Vec::new(),
             uses: Vec::with_capacity(all.len()),
@@ -42,7 +37,6 @@ impl Edges {
             if edges.ends.last() != Some(&ends) {
                 edges.first.push(edges.uses.len() as u32);
                 edges.ends.push(ends);
-                edges.line.push(mark(ends[0], ends[1]));
             }
             edges.of_face[slot as usize / 3][slot as usize % 3] = edges.ends.len() as u32 - 1;
             edges.uses.push(slot);
@@ -54,6 +48,11 @@ impl Edges {
     /// Number of edges.
     pub(super) fn len(&self) -> usize {
         self.ends.len()
+    }
+
+    /// The edge between two vertices.
+    pub(super) fn find(&self, a: u32, b: u32) -> Option<usize> {
+        self.ends.binary_search(&[a.min(b), a.max(b)]).ok()
     }
 
     /// Uses of an edge as `3 * face + k`.
