@@ -110,6 +110,9 @@ pub struct Extraction {
     pub surface: MidSurface,
     /// Sheets, seams, borders and junctions.
     pub graph: SheetGraph,
+    /// The solid that was extracted from, where bodies of the part overlapped or
+    /// touched and were made one first.
+    pub solid: Option<Part>,
     /// What it took.
     pub work: Work,
 }
@@ -135,6 +138,8 @@ pub fn extract_until(
 ) -> Result<Extraction, ExtractError> {
     let start = Instant::now();
     progress("field", 0, 0);
+    let solid = part.bodies_meet().then(|| part.united().ok()).flatten();
+    let part = solid.as_ref().unwrap_or(part);
     let frame = Frame::around(&part.bounds());
     let part = &*part.in_frame(frame);
     let field = Field::new(part);
@@ -167,6 +172,7 @@ pub fn extract_until(
     Ok(Extraction {
         surface,
         graph,
+        solid,
         work,
     })
 }

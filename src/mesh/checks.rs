@@ -6,6 +6,7 @@ use super::edges::{EdgeCensus, EdgeKind, EdgeUses};
 use super::error::{PartError, PartWarning};
 use super::orient::{make_consistent, make_outward, report};
 use super::shells::turn_by_nesting;
+use super::stitch::close_t_junctions;
 use super::weld::{Weld, weld_exact, weld_within};
 use super::{Bounds, FaceId, Part, TriMesh};
 
@@ -45,16 +46,17 @@ impl Part {
     /// Checks a mesh and its coping flags, puts right what can be put right
     /// without guessing, and reports that as warnings.
     ///
-    /// In order: indices and coordinates, welding, consistent orientation,
-    /// closedness, outward orientation, walls left. Triangles keep their
-    /// number and order; vertices that no triangle uses go.
+    /// In order: indices and coordinates, welding, T-junctions, consistent
+    /// orientation, closedness, outward orientation, walls left. Triangles keep
+    /// their number and order, pieces split off at T-junctions come after them;
+    /// vertices that no triangle uses go.
     ///
     /// # Errors
     ///
     /// A [`PartError`] names the triangle, vertex or edge at fault.
     pub fn new(
         mesh: TriMesh,
-        coping: Vec<bool>,
+        mut coping: Vec<bool>,
         options: PartOptions,
     ) -> Result<(Part, Vec<PartWarning>), PartError> {
         check_numbers(&mesh)?;
@@ -71,6 +73,12 @@ impl Part {
         // apart where the mesh is closed as it stands.
         if (options.weld.is_some() || uses.census().open > 0)
             && let Some(warning) = weld(&mut mesh, options.weld)?
+        {
+            warnings.push(warning);
+            uses = mesh.edges();
+        }
+        if uses.census().open > 0
+            && let Some(warning) = close_t_junctions(&mut mesh, &mut coping)
         {
             warnings.push(warning);
             uses = mesh.edges();

@@ -172,6 +172,13 @@ pub enum PartWarning {
         /// Merged because they were within the tolerance.
         near: usize,
     },
+    /// Vertices lay on edges of the triangles beyond, which were split there.
+    Stitched {
+        /// Edges closed.
+        edges: usize,
+        /// Triangles added.
+        triangles: usize,
+    },
     /// The part was inside out and was turned.
     Turned {
         /// Volume before.
@@ -244,6 +251,7 @@ impl PartWarning {
     pub fn code(&self) -> &'static str {
         match self {
             PartWarning::Welded { .. } => "welded",
+            PartWarning::Stitched { .. } => "stitched",
             PartWarning::Turned { .. } => "turned",
             PartWarning::ShellsTurned { .. } => "shells_turned",
             PartWarning::ShellsNested { .. } => "shells_nested",
@@ -264,6 +272,10 @@ impl fmt::Display for PartWarning {
             PartWarning::Welded { exact, near } => write!(
                 f,
                 "vertices welded: {exact} equal ones, {near} within the tolerance"
+            ),
+            PartWarning::Stitched { edges, triangles } => write!(
+                f,
+                "{edges} edges were open because vertices lie on them that their triangle does not have; splitting there added {triangles} triangles and moved nothing"
             ),
             PartWarning::Turned { volume } => write!(
                 f,

@@ -13,6 +13,7 @@ mod measure;
 mod orient;
 pub mod sets;
 mod shells;
+mod stitch;
 mod unite;
 mod weld;
 

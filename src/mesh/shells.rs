@@ -139,6 +139,19 @@ fn meets_another(mesh: &TriMesh, shells: &[Shell], index: usize) -> bool {
 }
 
 impl Part {
+    /// Whether closed shells of the part cut or touch each other.
+    pub fn bodies_meet(&self) -> bool {
+        let shells = closed_shells(&self.mesh, &self.mesh.edges());
+        let near = |index: usize| {
+            let bounds = &shells[index].bounds;
+            let others = shells[..index].iter();
+            others.into_iter().any(|other| other.bounds.meets(bounds))
+        };
+        shells.len() <= MOST_SHELLS
+            && (0..shells.len())
+                .any(|index| near(index) && meets_another(&self.mesh, &shells, index))
+    }
+
     /// The part without its cavities: shells that look inwards are left out.
     /// None if there are none.
     pub fn without_voids(&self) -> Option<Part> {

@@ -1,5 +1,6 @@
 //! Integration tests, one module a room.
 
+mod bodies;
 mod broken_files;
 mod cli_input;
 mod common;

@@ -53,8 +53,8 @@ impl Bodies {
             warn(
                 "voids",
                 format!(
-                    "the part has {} cavities already, of volume {}, the first at ({x}, {y}, {z}); --voids fill fills them",
-                    voids.len(),
+                    "the part has {} already, of volume {}, the first at ({x}, {y}, {z}); --voids fill leaves none",
+                    count(voids.len(), "cavity", "cavities"),
                     figure(voids.iter().map(|void| void.volume).sum()),
                 ),
             );
@@ -99,7 +99,12 @@ impl Bodies {
             "{}, {} of volume {}",
             count(self.pieces, "piece", "pieces"),
             count(self.cavities.len(), "cavity", "cavities"),
-            figure(self.cavities.iter().sum()),
+            // The sum of none is -0.
+            figure(self.cavities.iter().sum::<f64>() + 0.0),
         ));
     }
+}
+
+fn count(n: usize, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
 }
