@@ -26,7 +26,7 @@ pub use frame::Frame;
 pub use intersect::{clash, self_intersections};
 pub use measure::{Bounds, is_thin};
 pub use shells::{Shell, closed_shells};
-pub use unite::UniteError;
+pub use unite::{UniteError, cleared};
 pub use weld::{Weld, weld_exact, weld_within};
 
 /// Triangle of the part, by its place among the part's triangles (0-based).

@@ -51,26 +51,38 @@ impl Part {
         if !self.closed {
             return Err(UniteError::Open);
         }
-        let bodies = Manifold::from_mesh_gl64_robust(&soup(&self.mesh));
-        check(&bodies)?;
-        let solid = bodies.rebuild_solid(WindingRule::Positive);
-        check(&solid)?;
-        let solid = solid.get_mesh_gl64(NO_NORMALS);
-        if solid.tri_verts.is_empty() {
-            return Err(UniteError::Empty);
-        }
-        let coping = self.coping_of(&solid.face_id);
-        let (part, _) = Part::new(mesh(&solid), coping, PartOptions::default())?;
+        let (mesh, sources) = cleared(&self.mesh)?;
+        let coping = self.coping_of(&sources);
+        let (part, _) = Part::new(mesh, coping, PartOptions::default())?;
         Ok(part)
     }
 
-    fn coping_of(&self, sources: &[u64]) -> Vec<bool> {
-        let flag = |&face: &u64| self.coping.get(face as usize).copied();
+    fn coping_of(&self, sources: &[u32]) -> Vec<bool> {
+        let flag = |&face: &u32| self.coping.get(face as usize).copied();
         sources
             .iter()
             .map(|face| flag(face).unwrap_or(false))
             .collect()
     }
+}
+
+/// A closed mesh without what of its surface lies inside the solid that it
+/// encloses, and for each triangle the one that it is a piece of.
+///
+/// # Errors
+///
+/// [`UniteError`]: where the mesh is not closed, or encloses nothing.
+pub fn cleared(closed: &TriMesh) -> Result<(TriMesh, Vec<u32>), UniteError> {
+    let bodies = Manifold::from_mesh_gl64_robust(&soup(closed));
+    check(&bodies)?;
+    let solid = bodies.rebuild_solid(WindingRule::Positive);
+    check(&solid)?;
+    let solid = solid.get_mesh_gl64(NO_NORMALS);
+    if solid.tri_verts.is_empty() {
+        return Err(UniteError::Empty);
+    }
+    let sources = solid.face_id.iter().map(|&face| face as u32).collect();
+    Ok((mesh(&solid), sources))
 }
 
 /// The triangles, each named by its place.
