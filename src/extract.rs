@@ -6,6 +6,7 @@ use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::check::closed_over::{ClosedOver, closed_over};
 use crate::field::Field;
 use crate::field::thickness::ThicknessProfile;
 use crate::lattice::Lattice;
@@ -113,6 +114,8 @@ pub struct Extraction {
     /// The solid that was extracted from, where bodies of the part overlapped or
     /// touched and were made one first.
     pub solid: Option<Part>,
+    /// Coping faces that no border reached: features closed over.
+    pub closed_over: Vec<ClosedOver>,
     /// What it took.
     pub work: Work,
 }
@@ -141,6 +144,7 @@ pub fn extract_until(
     let solid = part.bodies_meet().then(|| part.united().ok()).flatten();
     let part = solid.as_ref().unwrap_or(part);
     let frame = Frame::around(&part.bounds());
+    let whole = part;
     let part = &*part.in_frame(frame);
     let field = Field::new(part);
     let profile = ThicknessProfile::measure(&field, 2000);
@@ -160,6 +164,7 @@ pub fn extract_until(
     let mut surface = build(&traced, feet::balls(&traced, &field));
     surface.leave(frame);
     let graph = SheetGraph::of(&surface);
+    let closed_over = closed_over(whole, &surface, cell);
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 
     let work = Work {
@@ -173,6 +178,7 @@ pub fn extract_until(
         surface,
         graph,
         solid,
+        closed_over,
         work,
     })
 }

@@ -1,20 +1,19 @@
 //! The report of an extraction: as JSON, and as a summary for people.
 
+use std::path::PathBuf;
+
 use glam::DVec3;
 use midsurf::extract::{Extraction, Work};
 use midsurf::surface::listing::{Summary, summary};
+use midsurf::surface::thickness::Thickness;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::closed_over::{ClosedOver, closed_over};
 use super::extract::Args;
-use super::thickness::Thickness;
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};
 use crate::cli::shared::numbers::figure;
-
-/// Version of the JSON report's layout; raised when a reader must change.
-const SCHEMA: u32 = 1;
+use crate::cli::shared::report::Envelope;
 
 /// Cracks that the report states with their place; all are counted.
 const CRACKS_SHOWN: usize = 1000;
@@ -44,7 +43,6 @@ impl Seconds {
 pub(crate) struct Report {
     figures: Summary,
     thickness: Option<Thickness>,
-    closed_over: Vec<ClosedOver>,
     seconds: Seconds,
     peak: Option<Bytes>,
     /// Those of the result; the input has its own.
@@ -52,13 +50,11 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    pub(crate) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
-        let closed_over = closed_over(&input.part, &result.surface, result.work.cell);
+    pub(crate) fn new(result: &Extraction, seconds: Seconds) -> Report {
         Report {
             figures: summary(&result.surface, &result.graph),
             thickness: Thickness::of(&result.surface),
-            warnings: warnings(result, &closed_over),
-            closed_over,
+            warnings: warnings(result),
             seconds,
             peak: peak(),
         }
@@ -69,11 +65,9 @@ impl Report {
         let Extraction { work, graph, .. } = result;
         let cracks = graph.cracks();
         let bounds = input.part.bounds();
-        let warnings: Vec<&Warning> = input.warnings.iter().chain(&self.warnings).collect();
-        json!({
-            "schema": SCHEMA,
-            "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
-            "input": {
+        Envelope {
+            command: "extract",
+            input: json!({
                 "part": input.file,
                 "sha256": input.sha256,
                 "geometry": input.geometry,
@@ -86,22 +80,33 @@ impl Report {
                 "min": bounds.min,
                 "max": bounds.max,
                 "coping_rules": input.rules.len(),
-            },
-            "settings": {
+            }),
+            settings: json!({
                 "cell": args.cell,
                 "cell_length": work.cell,
                 "angle": args.angle,
                 "keep_fins": args.keep_fins,
                 "memory_limit": args.memory.memory_limit,
-                "threads": rayon::current_num_threads(),
                 "allow_open": args.allow_open,
                 "weld": args.weld,
                 "obj_lines": args.obj_lines,
-            },
+            }),
+            seconds: json!({
+                "read": self.seconds.read,
+                "field": work.field_seconds,
+                "trace": work.trace_seconds,
+                "mesh": work.mesh_seconds,
+                "write": self.seconds.write,
+                "total": self.seconds.total,
+            }),
+            outputs: args.output.iter().map(PathBuf::as_path).collect(),
+            warnings: input.warnings.iter().chain(&self.warnings).collect(),
+        }
+        .around(json!({
             "result": self.result(result),
             "cracks": cracks.len(),
             "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],
-            "closed_over": self.closed_over,
+            "closed_over": result.closed_over,
             "work": {
                 "cells": work.counts.cells,
                 "tetrahedra": work.counts.tetrahedra,
@@ -111,18 +116,7 @@ impl Report {
                 "queries_per_edge": work.counts.queries_per_edge,
                 "lost": work.counts.lost,
             },
-            "seconds": {
-                "read": self.seconds.read,
-                "field": work.field_seconds,
-                "trace": work.trace_seconds,
-                "mesh": work.mesh_seconds,
-                "write": self.seconds.write,
-                "total": self.seconds.total,
-            },
-            "peak_memory": self.peak,
-            "outputs": args.output,
-            "warnings": warnings,
-        })
+        }))
     }
 
     /// What came out.
@@ -260,7 +254,7 @@ impl Report {
 }
 
 /// What is wrong or odd about a result.
-fn warnings(result: &Extraction, closed_over: &[ClosedOver]) -> Vec<Warning> {
+fn warnings(result: &Extraction) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let mut warn = |code, message: String| {
         warnings.push(Warning { code, message });
@@ -324,15 +318,16 @@ fn warnings(result: &Extraction, closed_over: &[ClosedOver]) -> Vec<Warning> {
             ),
         );
     }
-    if !closed_over.is_empty() {
-        let middles = closed_over
+    if !result.closed_over.is_empty() {
+        let middles = result
+            .closed_over
             .iter()
             .map(|piece| 0.5 * (DVec3::from(piece.min) + DVec3::from(piece.max)));
         warn(
             "closed_over",
             format!(
                 "no border came out on {}, at {}: features smaller than two cells are closed over; a smaller --cell finds them",
-                counted(closed_over.len(), "coping face"),
+                counted(result.closed_over.len(), "coping face"),
                 named(middles)
             ),
         );
