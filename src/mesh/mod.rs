@@ -13,6 +13,7 @@ mod measure;
 mod orient;
 pub mod sets;
 mod shells;
+mod simplify;
 mod stitch;
 mod unite;
 mod weld;
@@ -26,7 +27,8 @@ pub use frame::Frame;
 pub use intersect::{clash, self_intersections};
 pub use measure::{Bounds, is_thin};
 pub use shells::{Shell, closed_shells};
-pub use unite::{UniteError, cleared};
+pub use simplify::{Simplified, Simplify, simplify};
+pub use unite::{UniteError, cleared, without};
 pub use weld::{Weld, weld_exact, weld_within};
 
 /// Triangle of the part, by its place among the part's triangles (0-based).

@@ -10,7 +10,7 @@
 
 use glam::DVec3;
 use manifold_rust::manifold::Manifold;
-use manifold_rust::types::{Error, MeshGL64, WindingRule};
+use manifold_rust::types::{BooleanEngine, Error, MeshGL64, WindingRule};
 use thiserror::Error;
 
 use super::{Part, PartError, PartOptions, TriMesh};
@@ -83,6 +83,24 @@ pub fn cleared(closed: &TriMesh) -> Result<(TriMesh, Vec<u32>), UniteError> {
     }
     let sources = solid.face_id.iter().map(|&face| face as u32).collect();
     Ok((mesh(&solid), sources))
+}
+
+/// What is left of a closed mesh outside another one.
+///
+/// # Errors
+///
+/// [`UniteError`]: where one is not closed, or nothing is left.
+pub fn without(solid: &TriMesh, tool: &TriMesh) -> Result<TriMesh, UniteError> {
+    let [solid, tool] = [solid, tool].map(|closed| Manifold::from_mesh_gl64_robust(&soup(closed)));
+    check(&solid)?;
+    check(&tool)?;
+    let left = solid.difference_with_engine(&tool, BooleanEngine::Auto);
+    check(&left)?;
+    let left = left.get_mesh_gl64(NO_NORMALS);
+    if left.tri_verts.is_empty() {
+        return Err(UniteError::Empty);
+    }
+    Ok(mesh(&left))
 }
 
 /// The triangles, each named by its place.

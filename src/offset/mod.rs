@@ -15,6 +15,7 @@
 //! split once, and sheets in one cell parted.
 
 mod bodies;
+mod openings;
 mod solid;
 #[cfg(test)]
 mod tests;
@@ -29,7 +30,7 @@ use thiserror::Error;
 
 use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Numbers, Work};
 use crate::field::Field;
-use crate::mesh::{Bounds, Frame, Part, TriMesh};
+use crate::mesh::{Bounds, Frame, Part, Simplify, TriMesh, simplify};
 use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
@@ -38,6 +39,7 @@ use bodies::one_solid;
 use solid::OffsetSolid;
 
 pub use bodies::{Void, Voids};
+pub use openings::{Cut, Drain, OpeningError, OpeningSyntax, opened};
 
 /// What to offset by, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +59,8 @@ pub struct Settings {
     pub filters: Filters,
     /// What becomes of cavities that the part has.
     pub voids: Voids,
+    /// Whether flat and ruled regions get fewer triangles.
+    pub simplify: Option<Simplify>,
 }
 
 impl Settings {
@@ -77,6 +81,7 @@ impl Settings {
             memory_limit: MEMORY_LIMIT,
             filters: Filters::default(),
             voids: Voids::Keep,
+            simplify: None,
         }
     }
 }
@@ -155,6 +160,8 @@ pub struct Offset {
     pub voids: Vec<Void>,
     /// What the user should know.
     pub warnings: Vec<OffsetWarning>,
+    /// How far the contour was simplified, part units.
+    pub simplified: Option<f64>,
     /// Distance from the true offset at corners of triangles, sampled evenly
     /// over their list.
     pub corner_deviation: Deviation,
@@ -204,12 +211,19 @@ pub fn offset(
     if contour.mesh.triangles.is_empty() {
         return Err(OffsetError::Empty(distance.abs()));
     }
+    let simplified = settings.simplify.map(|how| {
+        progress("simplify", 0, 0);
+        let fewer = simplify(&contour.mesh, &how);
+        contour.mesh = fewer.mesh;
+        fewer.tolerance
+    });
     progress("check", 0, 0);
     let [corner_deviation, centre_deviation] = deviations(&solid, &contour.mesh);
     frame.leave(&mut contour.mesh.positions);
     Ok(Offset {
         mesh: contour.mesh,
         solid: bodies.solid,
+        simplified,
         voids: bodies.voids,
         warnings,
         corner_deviation,

@@ -23,6 +23,13 @@ const GRIDS: [(f64, &[f64]); 5] = [
     (0.12, &[0.0]),
 ];
 
+/// Cells finer than this, over the one asked for, find what is missing; they do
+/// not help where none could be joined.
+const FINEST_JOIN: f64 = 0.6;
+
+/// Times that a solid is cleared again of what rounding brought in.
+const CLEARINGS: usize = 4;
+
 /// A contour of more triangles than this is not tried again with finer cells.
 const MOST_REFINED: usize = 1_000_000;
 
@@ -90,7 +97,9 @@ impl Maker<'_> {
                 tried.offer(cleared);
             }
             let large = |(_, c): &(f64, Contour)| c.mesh.triangles.len() > MOST_REFINED;
-            if tried.is_done() || tried.whole.as_ref().is_some_and(large) {
+            let sound = tried.best.as_ref().is_some_and(Thickened::is_sound);
+            let hopeless = finer <= FINEST_JOIN && !sound;
+            if tried.is_done() || hopeless || tried.whole.as_ref().is_some_and(large) {
                 break;
             }
         }
@@ -232,9 +241,19 @@ impl Maker<'_> {
         if cutting.bad_edges > 0 {
             return None;
         }
-        let (mut mesh, sources) = cleared(&cutting.mesh).ok()?;
-        for p in &mut mesh.positions {
-            *p = self.numbers.round_point(*p);
+        let mut mesh = cutting.mesh.clone();
+        let mut sources: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+        // Vertices of the seams are rounded, which may let needles cut others.
+        for _ in 0..CLEARINGS {
+            let (less, pieces_of) = cleared(&mesh).ok()?;
+            sources = pieces_of.iter().map(|&t| sources[t as usize]).collect();
+            mesh = less;
+            for p in &mut mesh.positions {
+                *p = self.numbers.round_point(*p);
+            }
+            if self_intersections(&mesh).is_empty() {
+                break;
+            }
         }
         let own = self.patch.mesh.triangles.len();
         // The patch first, as in other solids.

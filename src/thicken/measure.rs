@@ -17,16 +17,21 @@ const SAMPLES: usize = 5_000;
 /// Distances of this share of the thickness are rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// Share of the points that may be farther off than a cell: where the true
-/// surface folds, its points bound slivers that no solid holds.
+/// One of so many points may be farther off than a cell: where the true surface
+/// folds, its points bound slivers that no solid holds.
 const TOLERATED: usize = 500;
+
+/// One of so many may be farther off than a quarter of a cell: vertices lie on
+/// the solid, and triangles between them cut its corners by less.
+const TOLERATED_NEAR: usize = 50;
 
 /// What of the true shell and cross-section the solid does not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Missing {
     /// Points of the true surface, evenly among boundary edges and triangles.
     pub samples: usize,
-    /// Those that are farther than a cell from the solid's surface.
+    /// Those that are farther than a cell from the solid's surface; where many are
+    /// farther than a quarter of a cell, those.
     pub lost: usize,
     /// Greatest distance of one, part units.
     pub max: f64,
@@ -52,10 +57,16 @@ pub(super) fn missing(patch: &Patch, solid: &TriMesh, thickness: f64, cell: f64)
     let distances: Vec<f64> = (points.par_iter())
         .map(|&p| field.footpoint(p).distance)
         .collect();
+    let farther = |than: f64| distances.iter().filter(|&&d| d > than).count();
+    let (far, near) = (farther(cell), farther(0.25 * cell));
     let max = distances.iter().copied().fold(0.0, f64::max);
     Missing {
         samples: points.len(),
-        lost: distances.iter().filter(|&&d| d > cell).count(),
+        lost: if near > points.len() / TOLERATED_NEAR {
+            near
+        } else {
+            far
+        },
         max,
         mean: distances.iter().sum::<f64>() / points.len().max(1) as f64,
     }

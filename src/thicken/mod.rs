@@ -303,6 +303,9 @@ pub fn thicken(
     let mut mesh = tidy(surface)?;
     let frame = Frame::around(&mesh.bounds().grown(settings.thickness));
     let repairs = repair(&mut mesh);
+    if mesh.triangles.is_empty() {
+        return Err(ThickenError::Empty);
+    }
     frame.enter(&mut mesh.positions);
     if settings.side == Side::Outer {
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));

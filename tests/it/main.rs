@@ -9,6 +9,7 @@ mod exactness;
 mod far;
 mod invariance;
 mod offset;
+mod openings;
 mod parts;
 mod readers;
 mod readme;

@@ -1,14 +1,15 @@
 //! What the commands that offset a closed part have in common: flags, the
 //! run, the report.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::dual_contour::Work;
-use midsurf::mesh::{Part, PartOptions, TriMesh};
+use midsurf::mesh::{Part, PartOptions, Simplify, TriMesh};
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, Voids, offset};
 use midsurf::settings::cell::{CellSize, Scale};
+use midsurf::settings::precision::Precision;
 use serde_json::{Value, json};
 
 use crate::cli::shared::bodies::Bodies;
@@ -42,6 +43,12 @@ pub(crate) struct ClosedPartArgs {
     /// Merge vertices of the part within this distance
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     weld: Option<f64>,
+    /// Fewer triangles where the offset is flat or bends one way, within the tolerance
+    #[arg(long)]
+    simplify: bool,
+    /// So many triangles of the offset at most, as near to it as they let; implies --simplify
+    #[arg(long, value_name = "N")]
+    triangles: Option<usize>,
     /// What to do with cavities that the part has
     #[arg(long, value_enum, default_value_t = VoidsName::Keep)]
     voids: VoidsName,
@@ -68,7 +75,7 @@ pub(crate) fn run(
     args: &ClosedPartArgs,
     command: &str,
     distance: f64,
-    finish: impl Fn(&Part, TriMesh) -> TriMesh,
+    finish: impl Fn(&Part, TriMesh) -> Result<TriMesh, Failure>,
 ) -> Result<ExitCode, Failure> {
     let inputs = [(args.part.as_path(), "part")];
     args.solid.check_names(&inputs, &args.run)?;
@@ -95,7 +102,7 @@ pub(crate) fn run(
     progress.show("writing", 0, 0);
     let begin = Instant::now();
     let solid = result.solid.as_ref().unwrap_or(&input.part);
-    let mesh = finish(solid, std::mem::take(&mut result.mesh));
+    let mesh = finish(solid, std::mem::take(&mut result.mesh))?;
     let bodies = Bodies::of(&mesh, command == "hollow");
     warnings.extend(bodies.warnings(&result.voids, solid));
     let staged = args.solid.stage(&mesh, None)?;
@@ -127,6 +134,8 @@ pub(crate) fn run(
             "memory_limit": args.memory.memory_limit,
             "weld": args.weld,
             "voids": settings.voids,
+            "simplify": args.simplify || args.triangles.is_some(),
+            "wanted_triangles": args.triangles,
         }),
         seconds: json!(seconds),
         outputs: args.solid.outputs(),
@@ -138,6 +147,7 @@ pub(crate) fn run(
             "triangles": mesh.triangles.len(),
             "volume": mesh.volume(),
             "area": mesh.area(),
+            "simplified_within": result.simplified,
             "pieces": bodies.pieces,
             "cavities": bodies.cavities,
             "self_intersections": bodies.self_intersections,
@@ -172,6 +182,15 @@ pub(crate) fn run(
 }
 
 impl ClosedPartArgs {
+    pub(crate) fn file(&self) -> &Path {
+        &self.part
+    }
+
+    /// Numbers that the files can hold.
+    pub(crate) fn precision(&self) -> Precision {
+        self.solid.precision()
+    }
+
     fn settings(&self, input: &Input, distance: f64) -> Result<Settings, Failure> {
         let mut settings = Settings::new(&input.part, distance);
         let scale = Scale {
@@ -183,6 +202,10 @@ impl ClosedPartArgs {
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }
+        settings.simplify = (self.simplify || self.triangles.is_some()).then_some(Simplify {
+            tolerance: settings.tolerance,
+            triangles: self.triangles,
+        });
         settings.memory_limit = self.memory.memory_limit.0;
         settings.voids = match self.voids {
             VoidsName::Keep => Voids::Keep,

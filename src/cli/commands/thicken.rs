@@ -314,7 +314,7 @@ fn missing(result: &Thickened) -> Option<Warning> {
     (!missing.is_none()).then(|| Warning {
         code: "missing",
         message: format!(
-            "{} of {} points of the true solid's surface are farther than a cell ({}) from the result, up to {}: what is narrower than a cell is lost; take a smaller --cell",
+            "{} of {} points of the true solid's surface are off the result by up to {3}, at cells of {2}: what is narrower than a cell is lost; take a smaller --cell",
             missing.lost,
             missing.samples,
             figure(result.cell),
