@@ -8,7 +8,6 @@ use thiserror::Error;
 
 use crate::check::closed_over::{ClosedOver, closed_over};
 use crate::field::Field;
-use crate::field::thickness::ThicknessProfile;
 use crate::lattice::Lattice;
 use crate::mesh::{Frame, Part};
 use crate::reshape::clean;
@@ -20,6 +19,7 @@ use crate::surface::build::build;
 use crate::surface::graph::SheetGraph;
 use crate::trace::feet;
 use crate::trace::walk::{Counts, Tracer};
+use crate::walls::thickness::ThicknessProfile;
 use crate::walls::{Separation, Walls};
 
 /// What to extract and how finely.

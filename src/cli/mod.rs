@@ -11,9 +11,15 @@ use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use midsurf::io::limit_input;
+use midsurf::io::write::abandon;
 use miette::MietteHandlerOpts;
+use shared::memory::Bytes;
 
 use commands::{extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags, thicken};
+
+/// Exit code after SIGINT or SIGTERM, or Ctrl-C.
+const INTERRUPTED: i32 = 130;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -30,6 +36,15 @@ Errors and progress go to stderr, data to stdout. NO_COLOR is respected.";
 #[derive(Parser)]
 #[command(name = "midsurf", version, after_help = EXIT_CODES)]
 struct Cli {
+    /// Read no file of more bytes than this
+    #[arg(
+        long,
+        global = true,
+        value_name = "SIZE",
+        default_value = "8G",
+        allow_negative_numbers = true
+    )]
+    max_input: Bytes,
     #[command(subcommand)]
     command: Command,
 }
@@ -59,6 +74,8 @@ pub fn run() -> ExitCode {
                 .build(),
         )
     }));
+    // Fails only if a handler was set before.
+    let _ = ctrlc::set_handler(|| abandon(|| std::process::exit(INTERRUPTED)));
     let parsed = Cli::command().try_get_matches().and_then(|matches| {
         let cli = Cli::from_arg_matches(&matches)?;
         Ok((cli, flags(&matches)))
@@ -67,6 +84,7 @@ pub fn run() -> ExitCode {
         Ok(parsed) => parsed,
         Err(error) => error.exit(),
     };
+    limit_input(cli.max_input.0);
     let outcome = match cli.command {
         Command::Extract(args) => extract::run(args),
         Command::Info(args) => info::run(args),
@@ -97,6 +115,8 @@ fn flags(matches: &ArgMatches) -> Vec<String> {
             None => break,
         }
     }
-    let names = command.get_arguments().filter_map(|flag| flag.get_long());
+    let whole = Cli::command();
+    let all = whole.get_arguments().chain(command.get_arguments());
+    let names = all.filter_map(|flag| flag.get_long());
     names.map(str::to_owned).collect()
 }

@@ -1,22 +1,15 @@
 //! What a tag file says, before it is held against a mesh.
 
-use std::ops::Range;
-
 use glam::DVec3;
 
-use super::error::TagProblem;
-
-/// Bytes of the tag file's text.
-pub(super) type Span = Range<usize>;
-
-/// A problem and the text it is about.
-pub(super) type Located = (Span, TagProblem);
+use super::error::{Located, Span, TagProblem};
 
 /// A whole tag file.
 #[derive(Debug, Default)]
 pub(super) struct TagFile {
     pub(super) mesh: MeshCheck,
     pub(super) on_empty: OnEmpty,
+    pub(super) rest: Rest,
     pub(super) rules: Vec<Rule>,
 }
 
@@ -36,6 +29,16 @@ pub(super) enum OnEmpty {
     Error,
     Warn,
     Ignore,
+}
+
+/// What a triangle is that no rule speaks of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Rest {
+    #[default]
+    Wall,
+    /// What the detector says.
+    Auto,
 }
 
 /// Conditions that must all hold, and what then follows.

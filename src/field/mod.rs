@@ -25,12 +25,12 @@
 //!   part, whichever is greater; all that are closer than that to a tie are
 //!   measured in f64.
 
-pub mod thickness;
-
 mod along;
 mod block;
+mod frame;
 mod hits;
 mod nearest;
+mod ray;
 mod sign;
 #[cfg(test)]
 mod tests;
@@ -41,9 +41,10 @@ mod triangle;
 use glam::DVec3;
 
 use crate::mesh::{FaceId, Part, TriMesh};
+use frame::Frame;
 use nearest::Best;
 use sign::Sign;
-use tree::{Frame, Tree};
+use tree::Tree;
 use triangle::Triangle;
 
 pub use triangle::Feature;
@@ -364,6 +365,13 @@ impl Field {
     /// first touches the triangle.
     pub fn hits(&self, from: DVec3, to: DVec3, out: &mut Vec<Hit>) {
         hits::hits(self, from, to, out);
+    }
+
+    /// The first triangle, wall or coping, that the closed segment touches; of
+    /// several at one place the lowest. The same as the first of
+    /// [`hits`](Field::hits), found sooner.
+    pub fn first_hit(&self, from: DVec3, to: DVec3) -> Option<Hit> {
+        ray::first_hit(self, from, to)
     }
 
     /// Whether the face is tagged as coping.

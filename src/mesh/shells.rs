@@ -8,8 +8,9 @@
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::edges::{DisjointSets, EdgeKind, EdgeUses, kind};
+use super::edges::{EdgeKind, EdgeUses, kind};
 use super::error::PartWarning;
+use super::sets::Sets;
 use super::{Bounds, FaceId, Part, TriMesh, self_intersections, weld_exact};
 
 /// Solid angles that the nesting may sum before it gives up; about a second's
@@ -187,7 +188,7 @@ impl Part {
 ///
 /// Patches that are not closed are left out; indices must be in range.
 pub fn closed_shells(mesh: &TriMesh, uses: &EdgeUses) -> Vec<Shell> {
-    let mut sets = DisjointSets::new(mesh.triangles.len());
+    let mut sets = Sets::new(mesh.triangles.len());
     for pair in uses.by_edge().filter(|uses| uses.len() == 2) {
         sets.join(pair[0].face.0, pair[1].face.0);
     }

@@ -14,11 +14,12 @@ use serde_json::{Value, json};
 
 use crate::cli::shared::bodies::Bodies;
 use crate::cli::shared::console::say;
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
-use crate::cli::shared::report::Envelope;
+use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
 
@@ -85,7 +86,7 @@ pub(crate) fn run(
         allow_open: false,
         weld: args.weld,
     };
-    let mut input = Input::read(&args.part, None, options)?;
+    let mut input = Input::read(&args.part, &CopingSource::None, options)?;
     // Tags have no meaning here, so none are missing.
     input.warnings.retain(|warning| warning.code != "no_coping");
     let read_seconds = start.elapsed().as_secs_f64();
@@ -117,7 +118,7 @@ pub(crate) fn run(
     let report = Envelope {
         command,
         input: json!({
-            "part": input.file,
+            "part": named(&input.file),
             "sha256": input.sha256,
             "geometry": input.geometry,
             "triangles": input.part.triangle_count(),

@@ -14,11 +14,13 @@ use midsurf::surface::listing::listing;
 
 use super::extract_report::{Report, Seconds};
 use crate::cli::shared::console::say;
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::{angle, figure, positive};
 use crate::cli::shared::run::RunArgs;
+use midsurf::io::quote::{shown, shown_path};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -51,9 +53,10 @@ Exit codes: 0 done, 1 done but the result has cracks, 2 wrong usage or bad input
 pub(crate) struct Args {
     /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
     pub(crate) part: PathBuf,
-    /// Coping tags: text, or TOML if the name ends in .toml
-    #[arg(long, value_name = "FILE")]
-    pub(crate) coping: Option<PathBuf>,
+    /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
+    /// find them, or `none`
+    #[arg(long, value_name = "FILE", default_value = "auto")]
+    pub(crate) coping: CopingSource,
     /// Cell size: a length, `0.5t` (wall thicknesses), `1%` (of the diagonal), or auto
     #[arg(
         long,
@@ -112,7 +115,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         allow_open: args.allow_open,
         weld: args.weld,
     };
-    let input = Input::read(&args.part, args.coping.as_deref(), options)?;
+    let input = Input::read(&args.part, &args.coping, options)?;
     let read = start.elapsed().as_secs_f64();
     if !args.run.quiet {
         progress.aside(|| print_warnings(&input.warnings));
@@ -125,7 +128,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         .map_err(|error| Failure::refused(&args.part, &error))?;
     if result.surface.triangles().is_empty() {
         return Err(Failure::no_result(
-            format!("{}: no mid-surface was found", args.part.display()),
+            format!("{}: no mid-surface was found", shown_path(&args.part)),
             "check the coping tags with `midsurf tags PART TAGS`, and take a smaller --cell",
         ));
     }
@@ -174,7 +177,7 @@ impl Args {
 fn describe(input: &Input) {
     say(format_args!(
         "{}: {} triangles, {} of them coping, diagonal {}",
-        input.file.display(),
+        shown_path(&input.file),
         input.part.triangle_count(),
         input.part.coping_count(),
         figure(input.part.bounds().diagonal())
@@ -182,7 +185,7 @@ fn describe(input: &Input) {
     for rule in &input.rules {
         say(format_args!(
             "  {}: {} triangles, area {}",
-            rule.name,
+            shown(&rule.name),
             rule.count,
             figure(rule.area)
         ));
@@ -192,11 +195,7 @@ fn describe(input: &Input) {
 /// Refuses file names that could not be written or are named twice.
 fn check_names(args: &Args) -> Result<(), Failure> {
     let mut inputs = vec![(args.part.as_path(), "part")];
-    inputs.extend(
-        args.coping
-            .iter()
-            .map(|file| (file.as_path(), "coping tags")),
-    );
+    inputs.extend(args.coping.file().map(|file| (file, "coping tags")));
     let mut files = Vec::new();
     for output in &args.output {
         files.extend(files_for(output).map_err(Failure::input)?);

@@ -5,13 +5,17 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use midsurf::field::Field;
-use midsurf::field::thickness::ThicknessProfile;
 use midsurf::mesh::{EdgeCensus, Part, PartOptions};
+use midsurf::walls::thickness::ThicknessProfile;
 use serde::Serialize;
 
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::pool;
+use crate::cli::shared::report::named;
+use midsurf::io::quote::shown;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -34,9 +38,10 @@ const NAMES_SHOWN: usize = 20;
 pub(crate) struct Args {
     /// The part (.obj, .stl, .ply, .off)
     part: PathBuf,
-    /// Coping tags: text, or TOML if the name ends in .toml
-    #[arg(long, value_name = "FILE")]
-    coping: Option<PathBuf>,
+    /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
+    /// find them, or `none`
+    #[arg(long, value_name = "FILE", default_value = "auto")]
+    coping: CopingSource,
     /// Merge vertices within this distance
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive)]
     weld: Option<f64>,
@@ -47,7 +52,7 @@ pub(crate) struct Args {
 
 #[derive(Serialize)]
 struct Info {
-    part: PathBuf,
+    part: String,
     sha256: String,
     geometry: String,
     facets: usize,
@@ -98,15 +103,20 @@ fn wall_thickness(part: &Part) -> Option<Thickness> {
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    pool::start(None);
     let options = PartOptions {
         allow_open: true,
         weld: args.weld,
     };
-    let mut input = Input::read(&args.part, args.coping.as_deref(), options)?;
-    if args.coping.is_none() {
-        // No tags were asked for, so none are missing.
-        input.warnings.retain(|warning| warning.code != "no_coping");
-    }
+    let mut input = Input::read(&args.part, &args.coping, options)?;
+    // Where no tags were asked for none are missing; and what `info` says does
+    // not hang on single faces.
+    let asked = args.coping != CopingSource::None;
+    input.warnings.retain(|warning| match warning.code {
+        "no_coping" => asked,
+        "coping_doubt" | "coping_doubts" => false,
+        _ => true,
+    });
     let info = Info::of(&input);
     print_warnings(&info.warnings);
     let mut out = io::stdout().lock();
@@ -143,7 +153,7 @@ impl Info {
         let object = |set: &midsurf::io::NameSet| set.object.clone();
         let material = |set: &midsurf::io::NameSet| set.material.clone();
         Info {
-            part: input.file.clone(),
+            part: named(&input.file),
             sha256: input.sha256.clone(),
             geometry: input.geometry.clone(),
             facets: input.facets,
@@ -171,7 +181,7 @@ impl Info {
 
     fn print(&self, out: &mut impl Write) -> io::Result<()> {
         let [a, b] = [self.min, self.max];
-        writeln!(out, "part         {}", self.part.display())?;
+        writeln!(out, "part         {}", shown(&self.part))?;
         write!(out, "triangles    {}", self.triangles)?;
         if self.facets != self.triangles {
             write!(out, " from {} faces", self.facets)?;
@@ -230,14 +240,14 @@ impl Info {
             ("materials", &self.materials),
         ] {
             if !names.is_empty() {
-                let shown = names.iter().take(NAMES_SHOWN).cloned();
-                let shown = shown.collect::<Vec<_>>().join(", ");
+                let names_shown = names.iter().take(NAMES_SHOWN).map(|name| shown(name));
+                let list = names_shown.collect::<Vec<_>>().join(", ");
                 let more = if names.len() > NAMES_SHOWN {
                     ", …"
                 } else {
                     ""
                 };
-                writeln!(out, "{kind:<12} {}: {shown}{more}", names.len())?;
+                writeln!(out, "{kind:<12} {}: {list}{more}", names.len())?;
             }
         }
         writeln!(out, "sha256       {}", self.sha256)?;

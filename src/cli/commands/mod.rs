@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod closed_part;
+pub(crate) mod detect;
 pub(crate) mod extract;
 mod extract_report;
 pub(crate) mod hollow;

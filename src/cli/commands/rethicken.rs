@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::str::FromStr;
 use std::time::Instant;
 
+use midsurf::io::write::thickness_file;
 use midsurf::io::{RadiusSource, read_surface};
 use midsurf::rethicken::{BallSurface, RethickenError, RethickenWarning, Settings, rethicken};
 use midsurf::settings::cell::{CellSize, Scale};
@@ -15,9 +16,10 @@ use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, load, print_warnings, read_warning};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::positive;
-use crate::cli::shared::report::Envelope;
+use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
+use midsurf::io::quote::shown_path;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -122,8 +124,11 @@ struct Source {
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut inputs = vec![(args.surface.as_path(), "mid-surface")];
-    if let Some(Thickness::Table(file)) = &args.thickness {
-        inputs.push((file, "thickness"));
+    let beside = thickness_file(&args.surface);
+    match &args.thickness {
+        Some(Thickness::Table(file)) => inputs.push((file, "thickness")),
+        None if beside.is_file() => inputs.push((&beside, "thickness")),
+        _ => {}
     }
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
@@ -148,7 +153,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let report = Envelope {
         command: "rethicken",
         input: json!({
-            "surface": args.surface,
+            "surface": named(&args.surface),
             "sha256": source.sha256,
             "vertices": source.vertices,
             "triangles": source.triangles,
@@ -156,7 +161,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "flat_border_edges": surface.flat_edges(),
             "median_thickness": surface.median_thickness(),
             "least_thickness": surface.least_thickness(),
-            "radius_from": source.radius_from,
+            "radius_from": source.radius_from.as_deref().map(named),
             "radius_given": source.radius_given,
         }),
         settings: json!({
@@ -209,7 +214,7 @@ impl Args {
     fn warning(&self, code: &'static str, message: &str) -> Warning {
         Warning {
             code,
-            message: format!("{}: {message}", self.surface.display()),
+            message: format!("{}: {message}", shown_path(&self.surface)),
         }
     }
 

@@ -1,4 +1,4 @@
-//! `midsurf tags`: what a tag file selects.
+//! `midsurf tags`: what a tag file selects, and tags found by the program.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -6,19 +6,25 @@ use std::process::ExitCode;
 
 use midsurf::coping::{Coping, RuleResult};
 use midsurf::io::LoadedMesh;
+use midsurf::io::quote::shown;
 use midsurf::io::write::{WriteError, stage};
 use midsurf::mesh::FaceId;
 use serde_json::json;
 
+use super::detect;
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{load, load_tags, print_warnings};
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::pool;
+use crate::cli::shared::report::named;
 use crate::cli::shared::run::check_names;
 
 const EXAMPLES: &str = "\
 Examples:
   midsurf tags bracket.obj bracket.coping.txt
   midsurf tags bracket.stl bracket.toml -o split.obj
+  midsurf tags detect bracket.stl -o bracket.coping.toml
 
 The text form of tags has one item a line: a triangle index `12` (from 0, in the
 order of the file), a range `40-57`, or `group: rim_*`, which stands for all
@@ -30,8 +36,26 @@ Exit codes: 0 done, 2 wrong usage or bad input.";
 
 /// Show what a tag file selects: count, area and box of each rule.
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(
+    after_help = EXAMPLES,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true
+)]
 pub(crate) struct Args {
+    #[command(subcommand)]
+    action: Option<Action>,
+    #[command(flatten)]
+    show: Option<ShowArgs>,
+}
+
+/// What to do with tags, besides showing them.
+#[derive(clap::Subcommand)]
+enum Action {
+    Detect(detect::Args),
+}
+
+#[derive(clap::Args)]
+struct ShowArgs {
     /// The part (.obj, .stl, .ply, .off)
     part: PathBuf,
     /// The tag file: text, or TOML if its name ends in .toml
@@ -45,11 +69,23 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    match (args.action, args.show) {
+        (Some(Action::Detect(args)), _) => detect::run(&args),
+        (None, Some(args)) => show(args),
+        (None, None) => Err(Failure::usage(
+            "a part and a tag file are needed",
+            "`midsurf tags PART TAGS`, or `midsurf tags detect PART`",
+        )),
+    }
+}
+
+fn show(args: ShowArgs) -> Result<ExitCode, Failure> {
+    pool::start(None);
     if let Some(file) = &args.output {
         check_output(&args, file)?;
     }
     let (loaded, mut warnings) = load(&args.part)?;
-    let (coping, more) = load_tags(Some(&args.tags), &loaded, &args.part)?;
+    let (coping, more) = load_tags(&CopingSource::File(args.tags.clone()), &loaded, &args.part)?;
     warnings.extend(more);
     print_warnings(&warnings);
     if let Some(file) = &args.output {
@@ -65,8 +101,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     if args.json {
         let rules: Vec<_> = coping.rules.iter().map(as_json).collect();
         let report = json!({
-            "part": args.part,
-            "tags": args.tags,
+            "part": named(&args.part),
+            "tags": named(&args.tags),
             "rules": rules,
             "coping": as_json(&totals[0]),
             "wall": as_json(&totals[1]),
@@ -80,7 +116,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn check_output(args: &Args, file: &Path) -> Result<(), Failure> {
+fn check_output(args: &ShowArgs, file: &Path) -> Result<(), Failure> {
     let is_obj = file
         .extension()
         .is_some_and(|suffix| suffix.eq_ignore_ascii_case("obj"));
@@ -108,7 +144,7 @@ fn as_json(rule: &RuleResult) -> serde_json::Value {
 
 fn print(rules: &[RuleResult], totals: &[RuleResult], out: &mut impl Write) -> io::Result<()> {
     let rows = || rules.iter().chain(totals);
-    let name = rows().map(|rule| rule.name.chars().count()).max();
+    let name = rows().map(|rule| shown(&rule.name).chars().count()).max();
     let name = name.unwrap_or(0).max(4);
     writeln!(
         out,
@@ -121,7 +157,8 @@ fn print(rules: &[RuleResult], totals: &[RuleResult], out: &mut impl Write) -> i
         write!(
             out,
             "{:<name$}  {makes:<6}  {:>9}  {area:>12}  ",
-            rule.name, rule.count
+            shown(&rule.name),
+            rule.count
         )?;
         if rule.bounds.is_empty() {
             writeln!(out, "empty")?;

@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use midsurf::coping::{Coping, RuleResult, geometry_checksum, read_tags};
+use midsurf::coping::{Coping, Detection, RuleResult, geometry_checksum, read_tags};
 use midsurf::io::{FacetNames, LoadedMesh, ReadWarning, read_mesh};
 use midsurf::mesh::{Part, PartError, PartOptions};
 use serde::Serialize;
 
 use super::console::say;
+use super::coping::{CopingSource, detection_warnings};
 use super::failure::{Failure, place_of};
+use midsurf::io::quote::shown_path;
 
 /// A warning for stderr and for reports.
 #[derive(Clone, Debug, Serialize)]
@@ -26,6 +28,7 @@ pub(crate) struct Input {
     pub(crate) facets: usize,
     pub(crate) names: FacetNames,
     pub(crate) rules: Vec<RuleResult>,
+    pub(crate) detection: Option<Detection>,
     pub(crate) part: Part,
     pub(crate) warnings: Vec<Warning>,
 }
@@ -48,24 +51,25 @@ pub(crate) fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
     }
 }
 
-/// Reads a tag file for a mesh; no file means no tags.
+/// Reads a tag file for a mesh, or finds the tags.
 pub(crate) fn load_tags(
-    tags: Option<&Path>,
+    tags: &CopingSource,
     loaded: &LoadedMesh,
     mesh_file: &Path,
 ) -> Result<(Coping, Vec<Warning>), Failure> {
-    let Some(file) = tags else {
-        return Ok((Coping::none(loaded), Vec::new()));
+    let coping = match tags {
+        CopingSource::None => Coping::none(loaded),
+        CopingSource::Auto => Coping::detected(loaded),
+        CopingSource::File(file) => read_tags(file, loaded, mesh_file).map_err(Failure::input)?,
     };
-    let coping = read_tags(file, loaded, mesh_file).map_err(Failure::input)?;
-    let warnings = coping
-        .warnings
-        .iter()
-        .map(|message| Warning {
-            code: "empty_rule",
-            message: format!("{}: {message}", file.display()),
-        })
-        .collect();
+    let place = shown_path(tags.file().unwrap_or(mesh_file));
+    let empty = coping.warnings.iter().map(|message| Warning {
+        code: "empty_rule",
+        message: format!("{place}: {message}"),
+    });
+    let found = coping.detection.as_ref();
+    let found = found.map(|detection| detection_warnings(detection, mesh_file));
+    let warnings = empty.chain(found.into_iter().flatten()).collect();
     Ok((coping, warnings))
 }
 
@@ -73,7 +77,7 @@ impl Input {
     /// Reads and checks a part with its tags.
     pub(crate) fn read(
         file: &Path,
-        tags: Option<&Path>,
+        tags: &CopingSource,
         options: PartOptions,
     ) -> Result<Input, Failure> {
         let (mut loaded, mut warnings) = load(file)?;
@@ -83,7 +87,7 @@ impl Input {
         let mesh = std::mem::take(&mut loaded.mesh);
         let flags = coping.flags;
         let (part, more) =
-            Part::new(mesh, flags, options).map_err(|error| match (&error, tags) {
+            Part::new(mesh, flags, options).map_err(|error| match (&error, tags.file()) {
                 // Those two are the tags' fault.
                 (PartError::AllCoping { .. } | PartError::NoWall { .. }, Some(tags)) => {
                     Failure::refused(tags, &error)
@@ -95,7 +99,7 @@ impl Input {
             })?;
         warnings.extend(more.iter().map(|warning| Warning {
             code: warning.code(),
-            message: format!("{}: {warning}", file.display()),
+            message: format!("{}: {warning}", shown_path(file)),
         }));
         Ok(Input {
             file: file.to_owned(),
@@ -104,6 +108,7 @@ impl Input {
             facets: loaded.names.len(),
             names: loaded.names,
             rules: coping.rules,
+            detection: coping.detection,
             part,
             warnings,
         })

@@ -2,10 +2,12 @@
 
 pub(crate) mod bodies;
 pub(crate) mod console;
+pub(crate) mod coping;
 pub(crate) mod failure;
 pub(crate) mod input;
 pub(crate) mod memory;
 pub(crate) mod numbers;
+pub(crate) mod pool;
 pub(crate) mod progress;
 pub(crate) mod report;
 pub(crate) mod run;

@@ -1,5 +1,6 @@
 //! Mesh readers: one file a format.
 
+mod bytes;
 mod control;
 mod loaded;
 mod obj;
@@ -13,6 +14,8 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+pub(crate) use bytes::read_bytes;
+pub use bytes::{MAX_INPUT, limit_input};
 pub use control::{ControlMesh, read_control, read_control_bytes};
 pub use loaded::{LoadedMesh, PlyValues, ReadWarning};
 pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_surface};
@@ -61,7 +64,7 @@ pub fn read_mesh(file: impl AsRef<Path>) -> Result<LoadedMesh, ReadError> {
         return Err(fail(Problem::NotAFile));
     }
     let format = MeshFormat::of(file).ok_or_else(|| fail(Problem::UnknownFormat))?;
-    let bytes = std::fs::read(file).map_err(|error| fail(Problem::Io(error)))?;
+    let bytes = read_bytes(file).map_err(fail)?;
     read_mesh_bytes(&bytes, format, file)
 }
 
