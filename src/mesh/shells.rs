@@ -6,7 +6,7 @@
 //! lies in an even number bounds a body.
 
 use glam::DVec3;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use super::edges::{EdgeKind, EdgeUses, kind};
 use super::error::PartWarning;
@@ -46,6 +46,7 @@ pub(super) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Vec<PartWa
     let mut stray = Turned::default();
     let mut nested = Turned::default();
     let mut wrong = Vec::new();
+    let mut meets: Option<Vec<bool>> = None;
     for (index, (shell, depth)) in shells.iter().zip(depths).enumerate() {
         let wanted = depth % 2 == 0;
         if (shell.volume >= 0.0) == wanted {
@@ -53,7 +54,7 @@ pub(super) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Vec<PartWa
         }
         if depth == 0 {
             stray.add(shell);
-        } else if !meets_another(mesh, &shells, index) {
+        } else if !meets.get_or_insert_with(|| meeting(mesh, &shells))[index] {
             nested.add(shell);
         } else {
             continue;
@@ -113,44 +114,54 @@ fn depths(mesh: &TriMesh, shells: &[Shell]) -> Option<Vec<usize>> {
     Some(depths)
 }
 
-/// Whether a shell cuts or touches another one, vertices in common included.
-fn meets_another(mesh: &TriMesh, shells: &[Shell], index: usize) -> bool {
-    let shell = &shells[index];
-    let near = |face: &FaceId| Bounds::of(mesh.corners(*face)).meets(&shell.bounds);
-    let others = shells
-        .iter()
-        .enumerate()
-        .filter(|(other, _)| *other != index);
-    let others = others
-        .flat_map(|(_, other)| &other.faces)
-        .filter(|f| near(f));
-    let faces: Vec<FaceId> = shell.faces.iter().chain(others).copied().collect();
-    let own = shell.faces.len();
-    let soup = TriMesh {
-        positions: faces.iter().flat_map(|&face| mesh.corners(face)).collect(),
-        triangles: (0..faces.len() as u32)
-            .map(|k| [3 * k, 3 * k + 1, 3 * k + 2])
-            .collect(),
+/// Which shells cut or touch another one, vertices in common included.
+fn meeting(mesh: &TriMesh, shells: &[Shell]) -> Vec<bool> {
+    let label = labels(mesh, shells);
+    let mut meeting = vec![false; shells.len()];
+    let mut meet = |a: u32, b: u32| {
+        if a != b {
+            for index in [a, b].into_iter().filter(|&index| index != NONE) {
+                meeting[index as usize] = true;
+            }
+        }
     };
-    let places = weld_exact(&soup.positions).new_index;
-    let (ours, theirs) = places.split_at(3 * own);
-    let ours: FxHashSet<u32> = ours.iter().copied().collect();
-    let crosses = |(a, b): &(FaceId, FaceId)| (a.index() < own) != (b.index() < own);
-    theirs.iter().any(|place| ours.contains(place)) || self_intersections(&soup).iter().any(crosses)
+    let place = weld_exact(&mesh.positions).new_index;
+    let mut first: FxHashMap<u32, u32> = FxHashMap::default();
+    for (corners, &own) in mesh.triangles.iter().zip(&label) {
+        for &v in corners {
+            meet(*first.entry(place[v as usize]).or_insert(own), own);
+        }
+    }
+    for (f, g) in self_intersections(mesh) {
+        meet(label[f.index()], label[g.index()]);
+    }
+    meeting
+}
+
+/// Label of a triangle that belongs to no closed shell.
+const NONE: u32 = u32::MAX;
+
+/// Shell of each triangle.
+fn labels(mesh: &TriMesh, shells: &[Shell]) -> Vec<u32> {
+    let mut label = vec![NONE; mesh.triangles.len()];
+    for (index, shell) in (0..).zip(shells) {
+        for face in &shell.faces {
+            label[face.index()] = index;
+        }
+    }
+    label
 }
 
 impl Part {
     /// Whether closed shells of the part cut or touch each other.
     pub fn bodies_meet(&self) -> bool {
         let shells = closed_shells(&self.mesh, &self.mesh.edges());
-        let near = |index: usize| {
-            let bounds = &shells[index].bounds;
-            let others = shells[..index].iter();
-            others.into_iter().any(|other| other.bounds.meets(bounds))
-        };
-        shells.len() <= MOST_SHELLS
-            && (0..shells.len())
-                .any(|index| near(index) && meets_another(&self.mesh, &shells, index))
+        if shells.len() < 2 {
+            return false;
+        }
+        let label = labels(&self.mesh, &shells);
+        let differ = |(f, g): &(FaceId, FaceId)| label[f.index()] != label[g.index()];
+        self_intersections(&self.mesh).iter().any(differ)
     }
 
     /// The part without its cavities: shells that look inwards are left out.

@@ -72,19 +72,33 @@ pub(super) fn missing(patch: &Patch, solid: &TriMesh, thickness: f64, cell: f64)
     }
 }
 
-/// Points of the strips, half-way down, that the rest of the patch leaves there.
+/// Most points along a strip, and down it.
+const ALONG: usize = 5;
+
+/// Points of the strips that the rest of the patch leaves there.
 fn strip_points(patch: &Patch, thickness: f64) -> Vec<DVec3> {
     let edges = &patch.rim.edges;
     let step = edges.len().div_ceil(SAMPLES).max(1);
-    let depth = 0.5 * thickness;
-    let point = |e: &super::patch::RimEdge| {
-        let base = 0.5 * (patch.position(e.from) + patch.position(e.to));
-        let p = base + depth * e.down;
-        let foot = patch.foot(p, e.face);
-        let own = foot.rim.is_some() && foot.point.distance(base) < ROUNDING * thickness;
-        own.then_some(p)
+    // Few strips are looked at more closely.
+    let each = SAMPLES / edges.len().max(1);
+    let side = (1..=ALONG).rev().find(|n| n * n <= each).unwrap_or(1);
+    let share = |i: usize| (i as f64 + 0.5) / side as f64;
+    let points = |e: &super::patch::RimEdge| {
+        let [from, to] = [e.from, e.to].map(|v| patch.position(v));
+        let (down, face) = (e.down, e.face);
+        (0..side * side).filter_map(move |k| {
+            let base = from.lerp(to, share(k % side));
+            let p = base + share(k / side) * thickness * down;
+            let foot = patch.foot(p, face);
+            let own = foot.rim.is_some() && foot.point.distance(base) < ROUNDING * thickness;
+            own.then_some(p)
+        })
     };
-    edges.par_iter().step_by(step).filter_map(point).collect()
+    edges
+        .par_iter()
+        .step_by(step)
+        .flat_map_iter(points)
+        .collect()
 }
 
 /// Points of the shell, behind the middles of triangles.

@@ -107,6 +107,10 @@ impl Settings {
     /// Default number of cells through the thickness.
     pub const CELLS: f64 = 4.0;
 
+    /// Least number of cells along the root of the surface's area, by
+    /// [`Settings::fitted`].
+    pub const CELLS_ALONG: f64 = 32.0;
+
     /// Default settings.
     pub fn new(thickness: f64, side: Side) -> Settings {
         Settings {
@@ -117,6 +121,27 @@ impl Settings {
             precision: Precision::Double,
             memory_limit: MEMORY_LIMIT,
             filters: Filters::default(),
+        }
+    }
+}
+
+impl Settings {
+    /// With cells that are small against the surface too: one that is no larger
+    /// than its thickness has features that are smaller.
+    pub fn fitted(self, surface: &TriMesh) -> Settings {
+        let corner = |&v: &u32| surface.positions.get(v as usize).copied();
+        let areas = surface.triangles.iter().filter_map(|[a, b, c]| {
+            let (a, b, c) = (corner(a)?, corner(b)?, corner(c)?);
+            Some(0.5 * (b - a).cross(c - a).length())
+        });
+        let along = areas.sum::<f64>().sqrt() / Settings::CELLS_ALONG;
+        Settings {
+            cell: if along > 0.0 {
+                self.cell.min(along)
+            } else {
+                self.cell
+            },
+            ..self
         }
     }
 }

@@ -132,6 +132,8 @@ fn the_command_opens_and_simplifies() {
         "cube.obj",
         "--distance",
         "4",
+        "--cell",
+        "1.7",
         "--triangles",
         "300",
         "--json",

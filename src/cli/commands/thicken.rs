@@ -168,7 +168,7 @@ impl Args {
             SideArg::Inner => Side::Inner,
             SideArg::Outer => Side::Outer,
         };
-        let mut settings = Settings::new(self.thickness, side);
+        let mut settings = Settings::new(self.thickness, side).fitted(surface);
         let scale = Scale {
             auto: Some(settings.cell),
             thickness: Some(self.thickness),
