@@ -29,6 +29,7 @@
 //! * [`rethicken`]: solids of mid-surfaces with a ball at every vertex.
 //! * [`roundtrip`]: part to mid-surface to solid, and how far that is off.
 //! * [`subdivide`]: hollow solids from Catmull-Clark control meshes.
+//! * `view`, a feature: a page in the browser to look, tag and extract.
 //! * [`settings`]: what all of these are told, and how they tell where they are
 //!   and refuse what would not fit.
 
@@ -53,6 +54,8 @@ pub mod subdivide;
 pub mod surface;
 pub mod thicken;
 pub mod trace;
+#[cfg(feature = "view")]
+pub mod view;
 pub mod walls;
 
 pub use extract::{ExtractError, Extraction, Settings, extract};

@@ -60,6 +60,8 @@ enum Command {
     Thicken(thicken::Args),
     Rethicken(rethicken::Args),
     Roundtrip(roundtrip::Args),
+    #[cfg(feature = "view")]
+    View(commands::view::Args),
 }
 
 /// Parses the command line, runs the command, reports what went wrong.
@@ -95,6 +97,8 @@ pub fn run() -> ExitCode {
         Command::Thicken(args) => thicken::run(args),
         Command::Rethicken(args) => rethicken::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
+        #[cfg(feature = "view")]
+        Command::View(args) => commands::view::run(args),
     };
     match outcome {
         Ok(code) => code,

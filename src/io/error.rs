@@ -47,9 +47,19 @@ pub enum Problem {
     /// Suffix of no known format.
     #[error("has no suffix of a known mesh format")]
     #[diagnostic(help(
-        "use .obj, .stl, .ply or .off; a STEP file can be meshed with `gmsh -2 part.step -o part.stl`"
+        "use a mesh as .obj, .stl, .ply, .off, .msh, .inp or .bdf, or a CAD model as .step, .iges or .brep"
     ))]
     UnknownFormat,
+    /// A CAD file, and nothing that could mesh it.
+    #[error("CAD files are meshed by Gmsh, which was not found")]
+    #[diagnostic(help(
+        "install it with `pip install gmsh` or `apt-get install gmsh`, or name the program in the environment variable GMSH"
+    ))]
+    NoMesher,
+    /// Gmsh gave no mesh; its last words.
+    #[error("Gmsh made no mesh of it: {0}")]
+    #[diagnostic(help("check the model in the CAD system, or export it as a fine STL"))]
+    MesherFailed(String),
     /// Suffix of a format that cannot hold a control mesh, or of none.
     #[error("a control mesh is read from OBJ alone")]
     #[diagnostic(help("export the control mesh, not its subdivision, as polygons in .obj"))]

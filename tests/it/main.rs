@@ -3,8 +3,10 @@
 mod bodies;
 mod broken_files;
 mod cli_input;
+mod closes;
 mod common;
 mod detect;
+mod elements;
 mod end_to_end;
 mod exactness;
 mod far;
@@ -21,4 +23,6 @@ mod snapshots;
 mod subdivide;
 mod tags;
 mod thicken;
+#[cfg(feature = "view")]
+mod view;
 mod writers;

@@ -1,15 +1,14 @@
 //! `midsurf extract`: part and tags in, mid-surface and report out.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::extract::{DEFAULT_ANGLE, Settings, extract};
-use midsurf::io::write::{Staged, SurfaceOptions, files_for, stage_surface};
+use midsurf::extract::{DEFAULT_ANGLE, Extraction, Settings, extract};
+use midsurf::io::write::{Staged, SurfaceOptions, files_for, stage, stage_surface};
 use midsurf::mesh::PartOptions;
 use midsurf::settings::cell::CellSize;
-use midsurf::surface::MidSurface;
 use midsurf::surface::listing::listing;
 
 use super::extract_report::{Report, Seconds};
@@ -29,7 +28,8 @@ Examples:
   midsurf extract part.obj --coping part.coping.txt --cell 1.0 -o mid.obj --json report.json
 
 The suffix of -o tells the format: .obj (one group a sheet, with NAME.thickness.csv
-beside it), .ply and .vtu (with thickness), .stl. Without -o only the summary is
+beside it), .ply and .vtu (with thickness), .stl, .html (a page to look at part and
+mid-surface in any browser, in one file). Without -o only the summary is
 printed.
 
 A sheet ends where the angle between its two footpoints falls below --angle: a
@@ -134,7 +134,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
 
     progress.show("writing", 0, 0);
-    let staged = stage_outputs(&args, &result.surface)?;
+    let staged = stage_outputs(&args, &input, &result)?;
     let seconds = Seconds {
         read,
         write: start.elapsed().as_secs_f64() - read - Seconds::of_work(&result.work),
@@ -198,19 +198,45 @@ fn check_names(args: &Args) -> Result<(), Failure> {
     inputs.extend(args.coping.file().map(|file| (file, "coping tags")));
     let mut files = Vec::new();
     for output in &args.output {
-        files.extend(files_for(output).map_err(Failure::input)?);
+        if is_page(output) {
+            files.push(output.clone());
+        } else {
+            files.extend(files_for(output).map_err(Failure::input)?);
+        }
     }
     args.run.check_names(&inputs, files)
 }
 
+/// Whether an output is a page for the browser.
+fn is_page(file: &Path) -> bool {
+    let suffix = file.extension();
+    cfg!(feature = "view") && suffix.is_some_and(|suffix| suffix.eq_ignore_ascii_case("html"))
+}
+
 /// Writes the surface under passing names.
-fn stage_outputs(args: &Args, surface: &MidSurface) -> Result<Vec<Staged>, Failure> {
+fn stage_outputs(args: &Args, input: &Input, result: &Extraction) -> Result<Vec<Staged>, Failure> {
     let options = SurfaceOptions {
         obj_lines: args.obj_lines,
     };
     let mut staged = Vec::new();
     for file in &args.output {
-        staged.extend(stage_surface(surface, file, options).map_err(Failure::output)?);
+        if is_page(file) {
+            let write = |out: &mut dyn Write| write_page(input, result, out);
+            staged.push(stage(file, write).map_err(Failure::output)?);
+        } else {
+            staged.extend(stage_surface(&result.surface, file, options).map_err(Failure::output)?);
+        }
     }
     Ok(staged)
+}
+
+#[cfg(feature = "view")]
+fn write_page(input: &Input, result: &Extraction, out: &mut dyn Write) -> io::Result<()> {
+    let title = input.file.file_name().unwrap_or(input.file.as_os_str());
+    midsurf::view::write_page(&title.to_string_lossy(), &input.part, result, out)
+}
+
+#[cfg(not(feature = "view"))]
+fn write_page(_: &Input, _: &Extraction, _: &mut dyn Write) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
 }

@@ -117,6 +117,8 @@ impl Report {
                 "queries": work.counts.queries,
                 "queries_per_edge": work.counts.queries_per_edge,
                 "lost": work.counts.lost,
+                "matched": work.counts.matched,
+                "unsettled": work.counts.unsettled,
             },
         }))
     }
@@ -315,8 +317,18 @@ fn warnings(result: &Extraction) -> Vec<Warning> {
         warn(
             "lost",
             format!(
-                "followers stopped short at {}; what did not close otherwise is counted as a crack",
-                counted(result.work.counts.lost, "place")
+                "followers stopped short at {}; {} closed by the walls at their ends, what did not close is counted as a crack",
+                counted(result.work.counts.lost, "place"),
+                counted(result.work.counts.matched, "loop")
+            ),
+        );
+    }
+    if result.work.counts.unsettled > 0 {
+        warn(
+            "unsettled",
+            format!(
+                "followers do not agree in {}",
+                counted(result.work.counts.unsettled, "lattice face")
             ),
         );
     }

@@ -1,8 +1,13 @@
 //! Mesh readers: one file a format.
 
+mod bdf;
 mod bytes;
+mod cad;
 mod control;
+mod elements;
+mod inp;
 mod loaded;
+mod msh;
 mod obj;
 mod off;
 mod ply;
@@ -35,6 +40,12 @@ pub enum MeshFormat {
     Ply,
     /// OFF, ASCII.
     Off,
+    /// Gmsh MSH 2.2 or 4.1, ASCII.
+    Msh,
+    /// Abaqus or CalculiX input deck.
+    Inp,
+    /// Nastran bulk data.
+    Bdf,
 }
 
 impl MeshFormat {
@@ -46,12 +57,16 @@ impl MeshFormat {
             "stl" => Some(MeshFormat::Stl),
             "ply" => Some(MeshFormat::Ply),
             "off" => Some(MeshFormat::Off),
+            "msh" => Some(MeshFormat::Msh),
+            "inp" => Some(MeshFormat::Inp),
+            "bdf" | "nas" | "dat" => Some(MeshFormat::Bdf),
             _ => None,
         }
     }
 }
 
-/// Reads a mesh file; the suffix of its name tells the format.
+/// Reads a mesh file; the suffix of its name tells the format. A CAD model (.step,
+/// .stp, .iges, .igs, .brep) is meshed by Gmsh, if that is installed.
 ///
 /// # Errors
 ///
@@ -62,6 +77,15 @@ pub fn read_mesh(file: impl AsRef<Path>) -> Result<LoadedMesh, ReadError> {
     let meta = std::fs::metadata(file).map_err(|error| fail(Problem::Io(error)))?;
     if meta.is_dir() {
         return Err(fail(Problem::NotAFile));
+    }
+    if cad::is_cad(file) {
+        let bytes = read_bytes(file).map_err(fail)?;
+        let made = cad::mesh(file).map_err(|located| ReadError::new(file, located))?;
+        let mut loaded = read_mesh_bytes(&made, MeshFormat::Msh, file)?;
+        // Lines of the mesh in between mean nothing to the user.
+        loaded.places = loaded::FacetPlaces::None;
+        loaded.sha256 = hex(&Sha256::digest(bytes));
+        return Ok(loaded);
     }
     let format = MeshFormat::of(file).ok_or_else(|| fail(Problem::UnknownFormat))?;
     let bytes = read_bytes(file).map_err(fail)?;
@@ -103,6 +127,9 @@ fn parse(bytes: &[u8], format: MeshFormat) -> Result<RawMesh, Located> {
         MeshFormat::Stl => stl::parse(bytes),
         MeshFormat::Ply => ply::parse(bytes),
         MeshFormat::Off => off::parse(bytes),
+        MeshFormat::Msh => msh::parse(bytes),
+        MeshFormat::Inp => inp::parse(bytes),
+        MeshFormat::Bdf => bdf::parse(bytes),
     }?;
     if raw.mesh.triangles.is_empty() {
         let vertices = raw.mesh.positions.len();

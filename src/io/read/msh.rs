@@ -1,0 +1,276 @@
+//! Gmsh MSH, versions 2.2 and 4.1, ASCII: nodes and elements, with the names of
+//! physical groups and the numbers of entities.
+//!
+//! Every facet is in the group `face N` of its surface entity and in those of its
+//! physical groups; where volumes are known, its object is `solid N`.
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use super::elements::{ElementNames, Elements, Shape};
+use super::loaded::RawMesh;
+use crate::io::error::{Located, Place, Problem};
+use crate::io::text::{Lines, decode, excerpt, finite};
+
+/// Shape and number of nodes for Gmsh's element types that have faces.
+fn shape(kind: u64) -> Option<Shape> {
+    Some(match kind {
+        2 | 9 | 20 | 21 => Shape::Triangle,
+        3 | 10 | 16 => Shape::Quad,
+        4 | 11 => Shape::Tetrahedron,
+        5 | 12 | 17 => Shape::Hexahedron,
+        6 | 13 | 18 => Shape::Prism,
+        7 | 14 | 19 => Shape::Pyramid,
+        _ => return None,
+    })
+}
+
+pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
+    let mut rows = Rows::new(bytes);
+    let mut file = File::default();
+    let mut version = None;
+    while let Some(row) = rows.next_row() {
+        match (row.words[0].as_str(), version) {
+            ("$MeshFormat", _) => version = Some(format(&rows.row()?)?),
+            ("$PhysicalNames", _) => file.physical_names(&mut rows)?,
+            ("$Entities", Some(Version::Four)) => file.entities(&mut rows)?,
+            ("$Nodes", Some(Version::Two)) => file.nodes_2(&mut rows)?,
+            ("$Nodes", Some(Version::Four)) => file.nodes_4(&mut rows)?,
+            ("$Elements", Some(Version::Two)) => file.elements_2(&mut rows)?,
+            ("$Elements", Some(Version::Four)) => file.elements_4(&mut rows)?,
+            (word, None) => {
+                let message = format!("{:?} comes before $MeshFormat", excerpt(word));
+                return Err(row.syntax(message));
+            }
+            _ => {}
+        }
+    }
+    if version.is_none() {
+        let message = "an MSH file starts with $MeshFormat".to_owned();
+        return Err((Place::Whole, Problem::Syntax(message)));
+    }
+    file.elements.finish()
+}
+
+#[derive(Clone, Copy)]
+enum Version {
+    Two,
+    Four,
+}
+
+fn format(row: &Row) -> Result<Version, Located> {
+    if row.words.get(1).is_some_and(|word| word == "1") {
+        let message = "binary MSH is not read: save it as ASCII, in Gmsh with Mesh.Binary = 0";
+        return Err(row.syntax(message.to_owned()));
+    }
+    match row.words[0].as_str() {
+        "2" | "2.0" | "2.1" | "2.2" => Ok(Version::Two),
+        "4.1" => Ok(Version::Four),
+        other => {
+            let message = format!("version {:?} is neither 2.2 nor 4.1", excerpt(other));
+            Err(row.syntax(message))
+        }
+    }
+}
+
+/// What is known of a file so far.
+#[derive(Default)]
+struct File {
+    elements: Elements,
+    /// By dimension and number.
+    physical: FxHashMap<(u64, u64), String>,
+    /// Physical groups of entities, by dimension and number.
+    groups_of: FxHashMap<(u64, u64), Vec<u64>>,
+    /// The volume that a surface bounds; the first of two.
+    solid_of: FxHashMap<u64, u64>,
+}
+
+impl File {
+    fn physical_names(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        for _ in 0..rows.row()?.number(0)? {
+            let row = rows.row()?;
+            let name = row.text.split('"').nth(1).unwrap_or("").to_owned();
+            self.physical.insert((row.number(0)?, row.number(1)?), name);
+        }
+        Ok(())
+    }
+
+    fn entities(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        let row = rows.row()?;
+        for dimension in 0..4 {
+            // A point has one corner, all else a box.
+            let first = if dimension == 0 { 4 } else { 7 };
+            for _ in 0..row.number(dimension as usize)? {
+                let row = rows.row()?;
+                let tag = row.number(0)?;
+                let count = row.number(first)? as usize;
+                let groups = (0..count).map(|k| row.signed(first + 1 + k).map(i64::unsigned_abs));
+                let groups = groups.collect::<Result<Vec<u64>, Located>>()?;
+                self.groups_of.insert((dimension, tag), groups);
+                if dimension == 3 {
+                    let at = first + 1 + count;
+                    for k in 0..row.number(at)? as usize {
+                        let surface = row.signed(at + 1 + k)?.unsigned_abs();
+                        self.solid_of.entry(surface).or_insert(tag);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn nodes_2(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        for _ in 0..rows.row()?.number(0)? {
+            let row = rows.row()?;
+            self.elements.node(row.number(0)?, row.point(1)?);
+        }
+        Ok(())
+    }
+
+    fn nodes_4(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        for _ in 0..rows.row()?.number(0)? {
+            let count = rows.row()?.number(3)?;
+            let mut tags = Vec::new();
+            for _ in 0..count {
+                tags.push(rows.row()?.number(0)?);
+            }
+            for tag in tags {
+                let row = rows.row()?;
+                self.elements.node(tag, row.point(0)?);
+            }
+        }
+        Ok(())
+    }
+
+    fn elements_2(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        for _ in 0..rows.row()?.number(0)? {
+            let row = rows.row()?;
+            let Some(shape) = shape(row.number(1)?) else {
+                continue;
+            };
+            // Physical group, then entity; both may be missing.
+            let tags = row.number(2)? as usize;
+            let tag = |k: usize| if k < tags { row.number(3 + k) } else { Ok(0) };
+            let groups = [tag(0)?].into_iter().filter(|&g| g > 0).collect::<Vec<_>>();
+            let names = self.names(shape, tag(1)?, &groups);
+            self.element(shape, &row, 3 + tags, names)?;
+        }
+        Ok(())
+    }
+
+    fn elements_4(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        for _ in 0..rows.row()?.number(0)? {
+            let block = rows.row()?;
+            let (dimension, tag) = (block.number(0)?, block.number(1)?);
+            let shape = shape(block.number(2)?);
+            let groups = self.groups_of.get(&(dimension, tag)).cloned();
+            let names = shape.map(|shape| self.names(shape, tag, &groups.unwrap_or_default()));
+            for _ in 0..block.number(3)? {
+                let row = rows.row()?;
+                if let (Some(shape), Some(names)) = (shape, names) {
+                    self.element(shape, &row, 1, names)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Names of the elements of an entity.
+    fn names(&mut self, shape: Shape, tag: u64, groups: &[u64]) -> u32 {
+        let surface = matches!(shape, Shape::Triangle | Shape::Quad);
+        let dimension = if surface { 2 } else { 3 };
+        let mut names = ElementNames::default();
+        if surface && tag > 0 {
+            names.groups.push(format!("face {tag}"));
+        }
+        for &group in groups {
+            let name = self.physical.get(&(dimension, group));
+            names
+                .groups
+                .push(name.map_or_else(|| format!("group {group}"), String::clone));
+        }
+        let solid = if surface {
+            self.solid_of.get(&tag).copied()
+        } else {
+            Some(tag)
+        };
+        names.object = solid.map(|solid| format!("solid {solid}"));
+        self.elements.names(names)
+    }
+
+    fn element(
+        &mut self,
+        shape: Shape,
+        row: &Row,
+        first: usize,
+        names: u32,
+    ) -> Result<(), Located> {
+        let nodes = (first..row.words.len()).map(|k| row.number(k));
+        let nodes = nodes.collect::<Result<Vec<u64>, Located>>()?;
+        self.elements.element(shape, &nodes, names, row.line)
+    }
+}
+
+/// Lines that hold something.
+struct Rows<'a> {
+    lines: Lines<'a>,
+    end: u64,
+}
+
+/// A line in words; there is one at least.
+struct Row {
+    text: String,
+    words: Vec<String>,
+    line: u64,
+}
+
+impl<'a> Rows<'a> {
+    fn new(bytes: &'a [u8]) -> Rows<'a> {
+        Rows {
+            lines: Lines::new(bytes),
+            end: bytes.len() as u64,
+        }
+    }
+
+    fn next_row(&mut self) -> Option<Row> {
+        self.lines.by_ref().find_map(|(line, raw)| {
+            let text = decode(raw).into_owned();
+            let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+            (!words.is_empty()).then_some(Row { text, words, line })
+        })
+    }
+
+    /// The next line, which must be there.
+    fn row(&mut self) -> Result<Row, Located> {
+        let message = "a section is cut short".to_owned();
+        let row = self.next_row();
+        row.ok_or((Place::Byte(self.end), Problem::Truncated(message)))
+    }
+}
+
+impl Row {
+    fn syntax(&self, message: String) -> Located {
+        (Place::Line(self.line), Problem::Syntax(message))
+    }
+
+    fn word(&self, at: usize) -> &str {
+        self.words.get(at).map_or("", String::as_str)
+    }
+
+    fn number(&self, at: usize) -> Result<u64, Located> {
+        let word = self.word(at);
+        let bad = || self.syntax(format!("{:?} is not a whole number", excerpt(word)));
+        word.parse().map_err(|_| bad())
+    }
+
+    fn signed(&self, at: usize) -> Result<i64, Located> {
+        let word = self.word(at);
+        let bad = || self.syntax(format!("{:?} is not a whole number", excerpt(word)));
+        word.parse().map_err(|_| bad())
+    }
+
+    fn point(&self, at: usize) -> Result<DVec3, Located> {
+        let coordinate = |k| finite(self.word(at + k)).map_err(|p| (Place::Line(self.line), p));
+        Ok(DVec3::new(coordinate(0)?, coordinate(1)?, coordinate(2)?))
+    }
+}
