@@ -11,6 +11,7 @@ mod end_to_end;
 mod exactness;
 mod far;
 mod harm;
+mod info;
 mod invariance;
 mod offset;
 mod openings;

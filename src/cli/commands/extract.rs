@@ -140,7 +140,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         write: start.elapsed().as_secs_f64() - read - Seconds::of_work(&result.work),
         total: start.elapsed().as_secs_f64(),
     };
-    let report = Report::new(&result, seconds);
+    let report = Report::new(&input, &result, seconds);
     let report_json = report.json(&args, &input, &result);
     args.run.finish(staged, &report_json)?;
     drop(progress);

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use super::detect::detection_json;
 use super::extract::Args;
+use super::missed::missed_tags;
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};
 use crate::cli::shared::numbers::figure;
@@ -51,11 +52,13 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    pub(crate) fn new(result: &Extraction, seconds: Seconds) -> Report {
+    pub(crate) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
+        let mut warnings = warnings(result);
+        warnings.extend(missed_tags(input, result));
         Report {
             figures: summary(&result.surface, &result.graph),
             thickness: Thickness::of(&result.surface),
-            warnings: warnings(result),
+            warnings,
             seconds,
             peak: peak(),
         }

@@ -6,7 +6,9 @@
 mod csv;
 mod obj;
 mod painted;
+mod picture;
 mod ply;
+mod scalar;
 mod solid;
 mod stage;
 mod stl;
@@ -22,6 +24,8 @@ use thiserror::Error;
 use crate::io::quote::shown_path;
 
 pub use painted::stage_deviation;
+pub use picture::stage_picture;
+pub use scalar::{Scalars, stage_scalars};
 pub use solid::{Shade, SolidFormat, stage_solid, write_solid};
 pub use stage::{Staged, abandon, check_target, stage};
 
