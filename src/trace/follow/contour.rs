@@ -152,6 +152,8 @@ pub enum Stop {
         station: usize,
         /// Heading on arrival.
         heading: DVec3,
+        /// The pair on arrival.
+        pair: Pair,
     },
     /// The two walls stop being separate along the contour itself.
     Fades {
@@ -399,6 +401,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 return Step::Stop(Stop::Station {
                     station,
                     heading: t,
+                    pair,
                 });
             }
             self.passed = Some(station);

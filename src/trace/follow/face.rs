@@ -293,9 +293,16 @@ impl Work<'_> {
                 exit: Exit::Fence(_),
                 ..
             } => None,
-            Stop::Station { station, heading } => self
+            Stop::Station {
+                station,
+                heading,
+                pair,
+            } => self
                 .node_near(self.region.stations[station])
-                .and_then(|node| self.free_spoke(node, -heading)),
+                .and_then(|node| {
+                    self.free_spoke(node, -heading)
+                        .or_else(|| self.end_at(node, -heading, pair))
+                }),
             Stop::Fades { at, pair } => {
                 self.arrive_at_border(probe, at, pair, FaceNodeKind::Fading)
             }
@@ -394,6 +401,25 @@ impl Work<'_> {
                 node: node as u16,
                 spoke: spoke as u16,
             })
+    }
+
+    /// Ends a contour at a vertex where walls tie, although its own are hardly
+    /// separate there: a sheet that fades out along the curve through the
+    /// vertex.
+    fn end_at(&mut self, node: usize, direction: DVec3, pair: Pair) -> Option<ArcEnd> {
+        let vertex = &mut self.out.nodes[node];
+        if vertex.kind != FaceNodeKind::Tie || !vertex.spokes.is_empty() {
+            return None;
+        }
+        vertex.spokes.push(Spoke {
+            pair: pair.reversed(),
+            direction,
+        });
+        self.spokes_used[node].push(false);
+        Some(ArcEnd::Spoke {
+            node: node as u16,
+            spoke: 0,
+        })
     }
 
     fn arrive_at_border(
