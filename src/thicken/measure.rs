@@ -23,7 +23,7 @@ const TOLERATED: usize = 500;
 
 /// One of so many may be farther off than a quarter of a cell: vertices lie on
 /// the solid, and triangles between them cut its corners by less.
-const TOLERATED_NEAR: usize = 50;
+const TOLERATED_NEAR: usize = 20;
 
 /// What of the true shell and cross-section the solid does not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
