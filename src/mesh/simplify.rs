@@ -83,6 +83,9 @@ pub fn simplify(mesh: &TriMesh, how: &Simplify) -> Simplified {
     }
 }
 
+/// Triangles with their corners after a collapse.
+type Moved = SmallVec<[(u32, [u32; 3]); 8]>;
+
 /// Corners of a triangle that is gone.
 const GONE: [u32; 3] = [u32::MAX; 3];
 
@@ -184,7 +187,7 @@ impl Work<'_> {
     /// The triangles around `u` with `v` in its place; none where the mesh would
     /// be no manifold, or triangles would turn over or become needles. With the
     /// height over the longest side of the worst.
-    fn moved(&self, u: u32, v: u32, ring: &[u32]) -> Option<(f64, SmallVec<[(u32, [u32; 3]); 8]>)> {
+    fn moved(&self, u: u32, v: u32, ring: &[u32]) -> Option<(f64, Moved)> {
         let theirs = self.neighbours(v);
         let shared = ring.iter().filter(|w| theirs.binary_search(w).is_ok());
         let shared: SmallVec<[u32; 4]> = shared.copied().collect();
@@ -193,7 +196,7 @@ impl Work<'_> {
             return None;
         }
         let mut worst = f64::INFINITY;
-        let mut moved = SmallVec::new();
+        let mut moved = Moved::new();
         for &t in &self.around[u as usize] {
             let before = self.triangles[t as usize];
             if before.contains(&v) {
