@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::Work;
 use midsurf::mesh::{Part, PartOptions, Simplify, TriMesh};
+use midsurf::offset::Work;
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, Voids, offset};
 use midsurf::settings::cell::{CellSize, Scale};
 use midsurf::settings::precision::Precision;
