@@ -3,7 +3,7 @@
 use glam::DVec3;
 use midsurf::CellSize;
 use midsurf::extract::{Extraction, Settings, extract};
-use midsurf::field::Field;
+use midsurf::internals::field::Field;
 use midsurf::mesh::{Part, PartOptions, self_intersections};
 use midsurf::reshape::ElementSettings;
 use midsurf::surface::graph::Counts;
