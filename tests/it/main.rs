@@ -1,5 +1,6 @@
 //! Integration tests, one module a room.
 
+mod bodies;
 mod broken_files;
 mod cli_input;
 mod closes;
@@ -14,10 +15,12 @@ mod harm;
 mod info;
 mod invariance;
 mod offset;
+mod openings;
 mod parts;
 mod readers;
 mod readme;
 mod reports;
+mod reshape;
 mod rethicken;
 mod snapshots;
 mod subdivide;

@@ -314,16 +314,14 @@ fn slivers_change_nothing() {
 }
 
 #[test]
-fn cutting_parts_go_by_winding_number() {
+fn cutting_parts_are_made_one_solid() {
     let size = DVec3::splat(2.0);
     let two = join(
         &cuboid(DVec3::ZERO, size),
         &cuboid(DVec3::new(1.0, 0.7, 0.6), size),
     );
     let result = run(&two, 0.3, 0.2);
-    assert!(
-        matches!(result.warnings[..], [OffsetWarning::SelfIntersecting { pairs }] if pairs > 0)
-    );
+    assert!(matches!(result.warnings[..], [OffsetWarning::United { pairs }] if pairs > 0));
     assert_eq!((pieces(&result.mesh), euler(&result.mesh)), (1, 2));
     // Nothing of either box sticks out.
     let alone = run(&cuboid(DVec3::ZERO, size), 0.3, 0.2);

@@ -1,7 +1,9 @@
 //! What commands share: flags, numbers, input, output, and what they say.
 
+pub(crate) mod bodies;
 pub(crate) mod console;
 pub(crate) mod coping;
+pub(crate) mod elements;
 pub(crate) mod failure;
 pub(crate) mod input;
 pub(crate) mod memory;
