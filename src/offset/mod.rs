@@ -23,7 +23,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Numbers, Work};
+pub use crate::dual_contour::{Deviation, Filters, GridError, Work};
+
+use crate::dual_contour::{self, Grid, Implicit, Numbers};
 use crate::field::Field;
 use crate::mesh::{Bounds, Frame, Part, TriMesh, self_intersections};
 use crate::settings::cell::{self, BadCell};

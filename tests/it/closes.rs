@@ -4,7 +4,7 @@
 
 use glam::{DMat3, DVec3};
 use midsurf::extract::{Extraction, Settings, extract};
-use midsurf::field::Field;
+use midsurf::internals::field::Field;
 use midsurf::mesh::{Part, PartOptions, TriMesh, self_intersections};
 use midsurf::settings::cell::CellSize;
 use midsurf::surface::BorderKind;

@@ -3,10 +3,10 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use midsurf::dual_contour::GridError;
-use midsurf::field::Field;
+use midsurf::internals::field::Field;
 use midsurf::io::read_mesh;
 use midsurf::mesh::{TriMesh, self_intersections};
+use midsurf::offset::GridError;
 use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
 
 use crate::common::{Desk, fixture, text};

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::Work;
 use midsurf::mesh::{PartOptions, TriMesh};
+use midsurf::offset::Work;
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
 use midsurf::settings::cell::{CellSize, Scale};
 use serde_json::{Value, json};
