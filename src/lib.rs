@@ -27,6 +27,7 @@
 //! * [`thicken`]: solids of surfaces, on one side.
 //! * [`rethicken`]: solids of mid-surfaces with a ball at every vertex.
 //! * [`roundtrip`]: part to mid-surface to solid, and how far that is off.
+//! * [`shell`]: the mid-surface as a model that solvers take.
 //! * [`subdivide`]: hollow solids from Catmull-Clark control meshes.
 //! * [`settings`]: what all of these are told, and how they tell where they are
 //!   and refuse what would not fit.
@@ -47,6 +48,7 @@ pub mod reshape;
 pub mod rethicken;
 pub mod roundtrip;
 pub mod settings;
+pub mod shell;
 pub mod subdivide;
 pub mod surface;
 pub mod thicken;

@@ -1,15 +1,23 @@
-//! Mid-surface writers, one file a format, and those of solids.
+//! Writers of mid-surfaces, of shell models and of solids, one file a format.
 //!
 //! Numbers are written so that reading them gives the same f64 back, except
-//! in STL, which holds single precision. Files appear complete or not at all.
+//! in STL and GLB, which hold single precision, and in BDF, whose fields are
+//! short. Files appear complete or not at all.
 
+mod bdf;
 mod csv;
+mod glb;
+mod inp;
+mod msh;
 mod obj;
 mod painted;
 mod ply;
+mod real;
+mod shell;
 mod solid;
 mod stage;
 mod stl;
+mod template;
 mod vtu;
 
 use std::io::{self, Write};
@@ -18,9 +26,12 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
+pub use inp::Dialect;
 pub use painted::stage_deviation;
+pub use shell::{ShellFormat, ShellOptions, stage_shell, write_shell};
 pub use solid::{Shade, SolidFormat, stage_solid, write_solid};
 pub use stage::{Staged, check_target, stage};
+pub use template::Template;
 
 use crate::surface::{BorderKind, MidSurface, VertexKind};
 
