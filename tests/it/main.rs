@@ -11,6 +11,7 @@ mod offset;
 mod parts;
 mod readers;
 mod readme;
+mod reports;
 mod rethicken;
 mod snapshots;
 mod subdivide;

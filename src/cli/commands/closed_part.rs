@@ -14,13 +14,11 @@ use serde_json::{Value, json};
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
-use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
-
-/// Version of the JSON report's layout; raised when a reader must change.
-const SCHEMA: u32 = 1;
 
 /// Flags of `offset` and `hollow`.
 #[derive(clap::Args)]
@@ -93,27 +91,30 @@ pub(crate) fn run(
         "write": begin.elapsed().as_secs_f64(),
         "total": start.elapsed().as_secs_f64(),
     });
-    let report = json!({
-        "schema": SCHEMA,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": command },
-        "input": {
+    let report = Envelope {
+        command,
+        input: json!({
             "part": input.file,
             "sha256": input.sha256,
             "geometry": input.geometry,
             "triangles": input.part.triangle_count(),
             "volume": input.part.volume(),
             "area": input.part.area(),
-        },
-        "settings": {
+        }),
+        settings: json!({
             "distance": distance,
             "cell": args.cell,
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
             "precision": settings.precision,
             "memory_limit": args.memory.memory_limit,
-            "threads": rayon::current_num_threads(),
             "weld": args.weld,
-        },
+        }),
+        seconds: json!(seconds),
+        outputs: args.solid.outputs(),
+        warnings: warnings.iter().collect(),
+    }
+    .around(json!({
         "result": {
             "vertices": mesh.positions.len(),
             "triangles": mesh.triangles.len(),
@@ -123,11 +124,7 @@ pub(crate) fn run(
             "centre_deviation": result.centre_deviation,
         },
         "work": work_json(&result.work),
-        "seconds": seconds,
-        "peak_memory": peak(),
-        "outputs": args.solid.output,
-        "warnings": warnings,
-    });
+    }));
     args.run.finish(staged, &report)?;
     drop(progress);
     if !args.run.quiet {

@@ -1,5 +1,7 @@
 //! The report of an extraction: as JSON, and as a summary for people.
 
+use std::path::PathBuf;
+
 use glam::DVec3;
 use midsurf::extract::{Extraction, Work};
 use midsurf::surface::listing::{Summary, summary};
@@ -12,9 +14,7 @@ use super::thickness::Thickness;
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};
 use crate::cli::shared::numbers::figure;
-
-/// Version of the JSON report's layout; raised when a reader must change.
-const SCHEMA: u32 = 1;
+use crate::cli::shared::report::Envelope;
 
 /// Cracks that the report states with their place; all are counted.
 const CRACKS_SHOWN: usize = 1000;
@@ -69,11 +69,9 @@ impl Report {
         let Extraction { work, graph, .. } = result;
         let cracks = graph.cracks();
         let bounds = input.part.bounds();
-        let warnings: Vec<&Warning> = input.warnings.iter().chain(&self.warnings).collect();
-        json!({
-            "schema": SCHEMA,
-            "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
-            "input": {
+        Envelope {
+            command: "extract",
+            input: json!({
                 "part": input.file,
                 "sha256": input.sha256,
                 "geometry": input.geometry,
@@ -86,18 +84,29 @@ impl Report {
                 "min": bounds.min,
                 "max": bounds.max,
                 "coping_rules": input.rules.len(),
-            },
-            "settings": {
+            }),
+            settings: json!({
                 "cell": args.cell,
                 "cell_length": work.cell,
                 "angle": args.angle,
                 "keep_fins": args.keep_fins,
                 "memory_limit": args.memory.memory_limit,
-                "threads": rayon::current_num_threads(),
                 "allow_open": args.allow_open,
                 "weld": args.weld,
                 "obj_lines": args.obj_lines,
-            },
+            }),
+            seconds: json!({
+                "read": self.seconds.read,
+                "field": work.field_seconds,
+                "trace": work.trace_seconds,
+                "mesh": work.mesh_seconds,
+                "write": self.seconds.write,
+                "total": self.seconds.total,
+            }),
+            outputs: args.output.iter().map(PathBuf::as_path).collect(),
+            warnings: input.warnings.iter().chain(&self.warnings).collect(),
+        }
+        .around(json!({
             "result": self.result(result),
             "cracks": cracks.len(),
             "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],
@@ -111,18 +120,7 @@ impl Report {
                 "queries_per_edge": work.counts.queries_per_edge,
                 "lost": work.counts.lost,
             },
-            "seconds": {
-                "read": self.seconds.read,
-                "field": work.field_seconds,
-                "trace": work.trace_seconds,
-                "mesh": work.mesh_seconds,
-                "write": self.seconds.write,
-                "total": self.seconds.total,
-            },
-            "peak_memory": self.peak,
-            "outputs": args.output,
-            "warnings": warnings,
-        })
+        }))
     }
 
     /// What came out.

@@ -12,12 +12,10 @@ use serde_json::json;
 use super::closed_part::work_json;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, print_warnings, read_warning};
-use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::memory::MemoryArgs;
+use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
-
-/// Version of the JSON report's layout; raised when a reader must change.
-const SCHEMA: u32 = 1;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -93,10 +91,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         RadiusSource::Radius(file) => (file, true),
         RadiusSource::HalfThickness(file) => (file, false),
     };
-    let report = json!({
-        "schema": SCHEMA,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": "rethicken" },
-        "input": {
+    let report = Envelope {
+        command: "rethicken",
+        input: json!({
             "surface": args.surface,
             "sha256": loaded.sha256,
             "vertices": loaded.vertices,
@@ -107,16 +104,27 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "least_thickness": loaded.surface.least_thickness(),
             "radius_from": source,
             "radius_given": exact,
-        },
-        "settings": {
+        }),
+        settings: json!({
             "cell": args.cell,
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
             "precision": settings.precision,
             "round_borders": args.round_borders,
             "memory_limit": args.memory.memory_limit,
-            "threads": rayon::current_num_threads(),
-        },
+        }),
+        seconds: json!({
+            "read": read_seconds,
+            "solid": result.solid_seconds,
+            "band": result.work.band_seconds,
+            "contour": result.work.contour_seconds,
+            "write": begin.elapsed().as_secs_f64(),
+            "total": start.elapsed().as_secs_f64(),
+        }),
+        outputs: args.solid.outputs(),
+        warnings: warnings.iter().collect(),
+    }
+    .around(json!({
         "result": {
             "vertices": mesh.positions.len(),
             "triangles": mesh.triangles.len(),
@@ -124,18 +132,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "area": mesh.area(),
         },
         "work": work_json(&result.work),
-        "seconds": {
-            "read": read_seconds,
-            "solid": result.solid_seconds,
-            "band": result.work.band_seconds,
-            "contour": result.work.contour_seconds,
-            "write": begin.elapsed().as_secs_f64(),
-            "total": start.elapsed().as_secs_f64(),
-        },
-        "peak_memory": peak(),
-        "outputs": args.solid.output,
-        "warnings": warnings,
-    });
+    }));
     args.run.finish(staged, &report)?;
     drop(progress);
     if !args.run.quiet {

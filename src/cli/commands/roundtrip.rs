@@ -18,12 +18,10 @@ use super::rethicken::{self, explain};
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
-use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
-
-/// Version of the JSON report's layout; raised when a reader must change.
-const SCHEMA: u32 = 1;
 
 /// Deviation that is painted in full colour, over the thickness.
 const FULL_COLOUR: f64 = 0.1;
@@ -150,26 +148,34 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.solid {
         staged.push(stage_solid(&result.solid.mesh, None, file).map_err(Failure::output)?);
     }
-    let report = json!({
-        "schema": SCHEMA,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": "roundtrip" },
-        "input": {
+    let report = Envelope {
+        command: "roundtrip",
+        input: json!({
             "part": input.file,
             "sha256": input.sha256,
             "triangles": input.part.triangle_count(),
             "volume": input.part.volume(),
             "area": input.part.area(),
-        },
-        "settings": {
+        }),
+        settings: json!({
             "cell": args.cell,
             "cell_length": result.extraction.work.cell,
             "angle": args.angle,
             "solid_cell_length": result.solid_settings.cell,
             "solid_tolerance": result.solid_settings.tolerance,
             "memory_limit": args.memory.memory_limit,
-            "threads": rayon::current_num_threads(),
             "weld": args.weld,
-        },
+        }),
+        seconds: json!(start.elapsed().as_secs_f64()),
+        outputs: args
+            .output
+            .iter()
+            .chain(&args.solid)
+            .map(PathBuf::as_path)
+            .collect(),
+        warnings: warnings.iter().collect(),
+    }
+    .around(json!({
         "surface": {
             "vertices": result.extraction.surface.vertices().len(),
             "triangles": result.extraction.surface.triangles().len(),
@@ -183,11 +189,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "work": work_json(&result.solid.work),
         },
         "comparison": result.comparison,
-        "seconds": start.elapsed().as_secs_f64(),
-        "peak_memory": peak(),
-        "outputs": args.output.iter().chain(&args.solid).collect::<Vec<_>>(),
-        "warnings": warnings,
-    });
+    }));
     args.run.finish(staged, &report)?;
     drop(progress);
     if !args.run.quiet {

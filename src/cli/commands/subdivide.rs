@@ -18,10 +18,9 @@ use serde_json::{Value, json};
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, print_warnings, read_warning};
-use crate::cli::shared::memory::peak;
-use crate::cli::shared::numbers::figure;
-use crate::cli::shared::numbers::positive;
+use crate::cli::shared::numbers::{figure, positive};
 use crate::cli::shared::progress::Progress;
+use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::SolidArgs;
 
@@ -45,9 +44,6 @@ every vertex as a number and a colour, red thin, blue thick.
 
 Exit codes: 0 done, 1 done but the solid has folded triangles or cuts itself, 2
 wrong usage or bad input, 4 no usable result, 130 interrupted.";
-
-/// Version of the JSON report's layout; raised when a reader must change.
-const SCHEMA: u32 = 1;
 
 /// Folded triangles and crossing pairs that the report lists; all are counted.
 const LISTED: usize = 1000;
@@ -143,18 +139,26 @@ struct Control {
     cage: Cage,
     sha256: String,
     warnings: Vec<Warning>,
+    /// When reading began, and the seconds it took.
+    started: Instant,
+    read_seconds: f64,
+}
+
+impl Control {
+    /// Seconds up to now.
+    fn seconds(&self) -> Value {
+        json!({ "read": self.read_seconds, "total": self.started.elapsed().as_secs_f64() })
+    }
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.control.as_path(), "control mesh")];
     args.solid.check_names(&inputs, &args.run)?;
-    let start = Instant::now();
     let progress = args.run.start();
     let control = read(&args.control)?;
     if !args.run.quiet {
         progress.aside(|| print_warnings(&control.warnings));
     }
-    let read = start.elapsed().as_secs_f64();
     if args.interpolate {
         return through(&args, &control, &progress);
     }
@@ -182,15 +186,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let staged = args.solid.stage(&solid.hollow.mesh, shade(&thickness))?;
     let warnings = warnings(&solid, &settings);
     show("report");
-    let seconds = json!({
-        "read": read,
-        "stages": by_stage(&stages.borrow()),
-        "total": start.elapsed().as_secs_f64(),
-    });
-    let mut report = report(&args, &control, &settings, &solid);
-    report["seconds"] = seconds;
-    report["peak_memory"] = json!(peak());
-    report["warnings"] = json!([&control.warnings[..], &warnings].concat());
+    let mut seconds = control.seconds();
+    seconds["stages"] = by_stage(&stages.borrow());
+    let report = report(&args, &control, &settings, &solid, (seconds, &warnings));
     args.run.finish(staged, &report)?;
     drop(progress);
     if !args.run.quiet {
@@ -218,6 +216,7 @@ fn by_stage(stages: &[(&'static str, Instant)]) -> Value {
 
 /// Reads and checks the control mesh; one that is inside out is turned.
 fn read(file: &Path) -> Result<Control, Failure> {
+    let started = Instant::now();
     let mesh = read_control(file).map_err(Failure::input)?;
     let cage = Cage::new(mesh.positions.clone(), &mesh.faces).map_err(|error| {
         let place = match (error.face(), error.vertex()) {
@@ -252,6 +251,8 @@ fn read(file: &Path) -> Result<Control, Failure> {
         cage,
         sha256,
         warnings,
+        started,
+        read_seconds: started.elapsed().as_secs_f64(),
     })
 }
 
@@ -288,16 +289,20 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
     progress.show("writing", 0, 0);
     let staged = args.solid.stage(&solid.mesh, shade(&solid.thickness))?;
     let [least, most] = range(&solid.thickness);
-    let report = json!({
-        "schema": SCHEMA,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
-        "input": input(args, control),
-        "settings": {
+    let report = Envelope {
+        command: "subdivide",
+        input: input(args, control),
+        settings: json!({
             "scheme": "contour",
             "thickness": settings.thickness,
             "samples": settings.samples,
             "boundary": boundary(args),
-        },
+        }),
+        seconds: control.seconds(),
+        outputs: args.solid.outputs(),
+        warnings: control.warnings.iter().collect(),
+    }
+    .around(json!({
         "result": {
             "levels": solid.level,
             "vertices": solid.mesh.positions.len(),
@@ -307,10 +312,7 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
             "thickness": { "min": least, "mean": mean(&solid.thickness), "max": most },
             "intersections": solid.intersections.len(),
         },
-        "peak_memory": peak(),
-        "outputs": args.solid.output,
-        "warnings": control.warnings,
-    });
+    }));
     args.run.finish(staged, &report)?;
     if !args.run.quiet {
         say(format_args!("levels       {}", solid.level));
@@ -341,19 +343,21 @@ fn through(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCo
     let (mesh, level) = interpolate(&control.cage, level, samples, args.boundary())
         .map_err(|error| failed(&error, &args.control))?;
     let staged = args.solid.stage(&mesh, None)?;
-    let report = json!({
-        "schema": SCHEMA,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
-        "input": input(args, control),
-        "settings": { "interpolate": true, "samples": samples, "boundary": boundary(args) },
+    let report = Envelope {
+        command: "subdivide",
+        input: input(args, control),
+        settings: json!({ "interpolate": true, "samples": samples, "boundary": boundary(args) }),
+        seconds: control.seconds(),
+        outputs: args.solid.outputs(),
+        warnings: control.warnings.iter().collect(),
+    }
+    .around(json!({
         "result": {
             "levels": level,
             "vertices": mesh.positions.len(),
             "triangles": mesh.triangles.len(),
         },
-        "outputs": args.solid.output,
-        "warnings": control.warnings,
-    });
+    }));
     args.run.finish(staged, &report)?;
     if !args.run.quiet {
         say(format_args!("levels       {level}"));
@@ -387,7 +391,13 @@ fn input(args: &Args, control: &Control) -> Value {
     })
 }
 
-fn report(args: &Args, control: &Control, settings: &Settings, solid: &HollowSolid) -> Value {
+fn report(
+    args: &Args,
+    control: &Control,
+    settings: &Settings,
+    solid: &HollowSolid,
+    (seconds, warnings): (Value, &[Warning]),
+) -> Value {
     let mesh = &solid.hollow.mesh;
     let trial = |trial: &Trial| {
         json!({
@@ -398,19 +408,22 @@ fn report(args: &Args, control: &Control, settings: &Settings, solid: &HollowSol
         })
     };
     let [least, most] = range(&solid.thickness);
-    json!({
-        "schema": SCHEMA,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION") },
-        "input": input(args, control),
-        "settings": {
+    Envelope {
+        command: "subdivide",
+        input: input(args, control),
+        settings: json!({
             "thickness": settings.thickness,
             "samples": settings.samples,
             "levels": args.levels,
             "tolerance": args.tolerance,
             "scheme": settings.scheme.name(),
             "boundary": boundary(args),
-            "threads": rayon::current_num_threads(),
-        },
+        }),
+        seconds,
+        outputs: args.solid.outputs(),
+        warnings: control.warnings.iter().chain(warnings).collect(),
+    }
+    .around(json!({
         "result": {
             "levels": solid.trial.level,
             "forced_step": solid.forced,
@@ -433,8 +446,7 @@ fn report(args: &Args, control: &Control, settings: &Settings, solid: &HollowSol
                 .map(|(a, b)| [a.0, b.0]).collect::<Vec<_>>(),
         },
         "levels_tried": solid.trials.iter().map(trial).collect::<Vec<Value>>(),
-        "outputs": args.solid.output,
-    })
+    }))
 }
 
 /// Infinity is null in JSON: no thickness folds.

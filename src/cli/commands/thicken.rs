@@ -14,13 +14,11 @@ use serde_json::{Value, json};
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, load, print_warnings};
-use crate::cli::shared::memory::{MemoryArgs, peak};
+use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::SolidArgs;
-
-/// Version of the JSON report's layout; raised when a reader must change.
-const SCHEMA: u32 = 1;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -113,17 +111,21 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         "write": begin.elapsed().as_secs_f64(),
         "total": start.elapsed().as_secs_f64(),
     });
-    let report = json!({
-        "schema": SCHEMA,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": "thicken" },
-        "input": {
+    let report = Envelope {
+        command: "thicken",
+        input: json!({
             "patch": args.patch,
             "sha256": loaded.sha256,
             "triangles": loaded.mesh.triangles.len(),
             "area": loaded.mesh.area(),
             "boundaries": result.boundaries,
-        },
-        "settings": args.settings_json(&settings),
+        }),
+        settings: args.settings_json(&settings),
+        seconds: json!(seconds),
+        outputs: args.solid.outputs(),
+        warnings: warnings.iter().collect(),
+    }
+    .around(json!({
         "result": {
             "vertices": result.mesh.positions.len(),
             "triangles": result.mesh.triangles.len(),
@@ -137,11 +139,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "attempts": result.attempts,
             "sharpened": result.sharpened,
         },
-        "seconds": seconds,
-        "peak_memory": peak(),
-        "outputs": args.solid.output,
-        "warnings": warnings,
-    });
+    }));
     args.run.finish(staged, &report)?;
     drop(progress);
     if !args.run.quiet {
@@ -188,7 +186,6 @@ impl Args {
             "tolerance": settings.tolerance,
             "precision": settings.precision,
             "memory_limit": self.memory.memory_limit,
-            "threads": rayon::current_num_threads(),
         })
     }
 }

@@ -6,5 +6,6 @@ pub(crate) mod input;
 pub(crate) mod memory;
 pub(crate) mod numbers;
 pub(crate) mod progress;
+pub(crate) mod report;
 pub(crate) mod run;
 pub(crate) mod solid;

@@ -32,6 +32,11 @@ impl SolidArgs {
         run.check_names(inputs, self.output.clone())
     }
 
+    /// The files, for reports.
+    pub(crate) fn outputs(&self) -> Vec<&Path> {
+        self.output.iter().map(PathBuf::as_path).collect()
+    }
+
     /// Numbers that every file can hold.
     pub(crate) fn precision(&self) -> Precision {
         let single = |file: &PathBuf| SolidFormat::of(file).is_ok_and(|f| !f.is_double());
