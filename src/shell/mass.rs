@@ -87,7 +87,11 @@ impl MassProperties {
                 let area = 0.5 * up.length();
                 // Sides' middles integrate products of linear functions with
                 // thickness well enough: exactly where it is constant.
-                for (p, t) in [(a + b, t[0] + t[1]), (b + c, t[1] + t[2]), (c + a, t[2] + t[0])] {
+                for (p, t) in [
+                    (a + b, t[0] + t[1]),
+                    (b + c, t[1] + t[2]),
+                    (c + a, t[2] + t[0]),
+                ] {
                     let (p, t) = (0.5 * p, 0.5 * t);
                     let volume = area * t / 3.0;
                     let n = up.normalize_or_zero();

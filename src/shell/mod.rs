@@ -143,7 +143,7 @@ impl ShellElement {
 pub struct ShellModel {
     /// Nodes.
     pub nodes: Vec<ShellNode>,
-    /// Elements, sheet by sheet in the order of the triangles.
+    /// Elements, in the order of the triangles.
     pub elements: Vec<ShellElement>,
     /// Unit normals, each for all corners at a node that share it.
     pub normals: Vec<DVec3>,
@@ -204,9 +204,13 @@ impl ShellModel {
         }
     }
 
-    /// Elements of a sheet, by number.
-    pub fn of_sheet(&self, sheet: u32) -> impl Iterator<Item = usize> + '_ {
-        (0..self.elements.len()).filter(move |&e| self.elements[e].sheet == sheet)
+    /// Numbers of the elements of each sheet, ascending.
+    pub fn by_sheet(&self) -> Vec<Vec<usize>> {
+        let mut of = vec![Vec::new(); self.sheets.len()];
+        for (e, element) in self.elements.iter().enumerate() {
+            of[element.sheet as usize].push(e);
+        }
+        of
     }
 
     /// Positions of an element's corners.
@@ -338,7 +342,11 @@ fn leaning(nodes: &[ShellNode], elements: &[ShellElement], normals: &[DVec3]) ->
         let last = e.sides() - 1;
         // Diagonals of a quad, two sides of a triangle.
         let up = (at(2) - at(0)).cross(at(last) - at(1));
-        let up = if last == 2 { (at(1) - at(0)).cross(at(2) - at(0)) } else { up };
+        let up = if last == 2 {
+            (at(1) - at(0)).cross(at(2) - at(0))
+        } else {
+            up
+        };
         let cosine = |n: &u32| up.dot(normals[*n as usize]);
         !e.normals.iter().all(|n| cosine(n) >= least * up.length())
     };

@@ -155,7 +155,11 @@ impl<'s> Smooth<'s> {
         let (mut feet, mut area) = (DVec3::ZERO, DVec3::ZERO);
         for t in self.near(fan, centre, radius) {
             let vector = self.area(t);
-            for (k, &v) in self.surface.triangles()[t as usize].corners.iter().enumerate() {
+            for (k, &v) in self.surface.triangles()[t as usize]
+                .corners
+                .iter()
+                .enumerate()
+            {
                 let weight = falloff(centre.distance(self.surface.position(v)), radius);
                 area += weight * vector;
                 if let Some(normal) = sources[of[t as usize][k] as usize].feet {

@@ -119,7 +119,10 @@ impl ShellModel {
     /// Sets come in order of their names; names that differ only in signs that
     /// no set may hold fall together.
     pub fn name_copings(&mut self, field: &Field, name: &dyn Fn(FaceId) -> String) {
-        let borders = self.lines.iter().filter(|l| l.kind == SetKind::CopingBorder);
+        let borders = self
+            .lines
+            .iter()
+            .filter(|l| l.kind == SetKind::CopingBorder);
         let mut sides: Vec<(String, ([u32; 2], Option<u32>))> = Vec::new();
         for side in borders.flat_map(|l| &l.sides) {
             let [a, b] = side.0.map(|n| self.nodes[n as usize].position);
@@ -128,11 +131,12 @@ impl ShellModel {
             }
         }
         sides.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.0.cmp(&b.1.0)));
-        self.lines.extend(sides.chunk_by(|a, b| a.0 == b.0).map(|same| LineSet {
-            name: same[0].0.clone(),
-            kind: SetKind::Coping,
-            sides: same.iter().map(|s| s.1).collect(),
-        }));
+        self.lines
+            .extend(sides.chunk_by(|a, b| a.0 == b.0).map(|same| LineSet {
+                name: same[0].0.clone(),
+                kind: SetKind::Coping,
+                sides: same.iter().map(|s| s.1).collect(),
+            }));
     }
 }
 

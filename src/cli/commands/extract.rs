@@ -6,9 +6,10 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::extract::{DEFAULT_ANGLE, Settings, extract};
-use midsurf::io::write::{Staged, SurfaceOptions, files_for, stage_surface};
+use midsurf::io::write::{ShellFormat, Staged, SurfaceOptions, files_for, stage_surface};
 use midsurf::mesh::PartOptions;
 use midsurf::settings::cell::CellSize;
+use midsurf::shell::Faces;
 use midsurf::surface::MidSurface;
 use midsurf::surface::listing::listing;
 
@@ -19,15 +20,19 @@ use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::{angle, figure, positive};
 use crate::cli::shared::run::RunArgs;
+use crate::cli::shared::shell::ShellArgs;
 
 const EXAMPLES: &str = "\
 Examples:
   midsurf extract bracket.obj --coping bracket.coping.txt -o mid.obj
   midsurf extract part.stl --coping part.toml --cell 0.5t -o mid.vtu -o mid.ply
   midsurf extract part.obj --coping part.coping.txt --cell 1.0 -o mid.obj --json report.json
+  midsurf extract part.obj --coping part.coping.txt -o part.inp --template cantilever
 
 The suffix of -o tells the format: .obj (one group a sheet, with NAME.thickness.csv
-beside it), .ply and .vtu (with thickness), .stl. Without -o only the summary is
+beside it), .ply and .vtu (with thickness), .stl; .inp (CalculiX, Abaqus), .bdf
+(Nastran), .msh (Gmsh) and .glb: shell models, with sets for sheets, seams, borders
+and coping faces. Without -o only the summary is
 printed.
 
 A sheet ends where the angle between its two footpoints falls below --angle: a
@@ -92,6 +97,8 @@ pub(crate) struct Args {
     #[arg(long)]
     pub(crate) obj_lines: bool,
     #[command(flatten)]
+    shell: ShellArgs,
+    #[command(flatten)]
     run: RunArgs,
     /// Print more; twice for all
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
@@ -131,14 +138,21 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
 
     progress.show("writing", 0, 0);
-    let staged = stage_outputs(&args, &result.surface)?;
+    let mut staged = stage_outputs(&args, &result.surface)?;
+    let (models, model) =
+        args.shell
+            .stage(&input, &result.surface, &Faces::default(), &args.output)?;
+    staged.extend(models);
     let seconds = Seconds {
         read,
         write: start.elapsed().as_secs_f64() - read - Seconds::of_work(&result.work),
         total: start.elapsed().as_secs_f64(),
     };
     let report = Report::new(&input, &result, seconds);
-    let report_json = report.json(&args, &input, &result);
+    let mut report_json = report.json(&args, &input, &result);
+    if let Some(model) = model {
+        report_json["shell"] = model;
+    }
     args.run.finish(staged, &report_json)?;
     drop(progress);
     if args.list {
@@ -210,7 +224,11 @@ fn stage_outputs(args: &Args, surface: &MidSurface) -> Result<Vec<Staged>, Failu
         obj_lines: args.obj_lines,
     };
     let mut staged = Vec::new();
-    for file in &args.output {
+    for file in args
+        .output
+        .iter()
+        .filter(|file| ShellFormat::of(file).is_none())
+    {
         staged.extend(stage_surface(surface, file, options).map_err(Failure::output)?);
     }
     Ok(staged)

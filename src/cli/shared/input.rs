@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use midsurf::coping::{Coping, RuleResult, geometry_checksum, read_tags};
 use midsurf::io::{FacetNames, LoadedMesh, ReadWarning, read_mesh};
-use midsurf::mesh::{Part, PartError, PartOptions};
+use midsurf::mesh::{FaceId, Part, PartError, PartOptions};
 use serde::Serialize;
 
 use super::console::say;
@@ -25,6 +25,8 @@ pub(crate) struct Input {
     pub(crate) geometry: String,
     pub(crate) facets: usize,
     pub(crate) names: FacetNames,
+    /// Facet of the file that each triangle comes from.
+    source: Vec<u32>,
     pub(crate) rules: Vec<RuleResult>,
     pub(crate) part: Part,
     pub(crate) warnings: Vec<Warning>,
@@ -103,10 +105,19 @@ impl Input {
             geometry,
             facets: loaded.names.len(),
             names: loaded.names,
+            source: loaded.source,
             rules: coping.rules,
             part,
             warnings,
         })
+    }
+}
+
+impl Input {
+    /// First name that the file gives a triangle.
+    pub(crate) fn name_of(&self, face: FaceId) -> Option<&str> {
+        let facet = *self.source.get(face.index())?;
+        self.names.of(facet).all().next()
     }
 }
 

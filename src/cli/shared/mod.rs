@@ -8,4 +8,5 @@ pub(crate) mod numbers;
 pub(crate) mod progress;
 pub(crate) mod report;
 pub(crate) mod run;
+pub(crate) mod shell;
 pub(crate) mod solid;

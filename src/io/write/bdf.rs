@@ -13,16 +13,33 @@ use crate::shell::{ShellElement, ShellModel};
 const SET_ROW: usize = 7;
 
 pub(super) fn write(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "$ midsurf: {} nodes, {} elements, {} sheets", model.nodes.len(), model.elements.len(), model.sheets.len())?;
-    writeln!(out, "$ The material is steel in mm, N and t: change it as needed.")?;
+    writeln!(
+        out,
+        "$ midsurf: {} nodes, {} elements, {} sheets",
+        model.nodes.len(),
+        model.elements.len(),
+        model.sheets.len()
+    )?;
+    writeln!(
+        out,
+        "$ The material is steel in mm, N and t: change it as needed."
+    )?;
     writeln!(out, "SOL 101\nCEND\nBEGIN BULK")?;
-    writeln!(out, "{:8}{:>8}{:>8}{:>8}{:>8}{:>8}", "MAT1", 1, "210000.", "", "0.3", "7.85-9")?;
+    writeln!(
+        out,
+        "{:8}{:>8}{:>8}{:>8}{:>8}{:>8}",
+        "MAT1", 1, "210000.", "", "0.3", "7.85-9"
+    )?;
     for (n, sheet) in (1..).zip(&model.sheets) {
         writeln!(out, "$HMNAME COMP          {n:>12}\"SHEET_{n}\"")?;
         writeln!(out, "$ANSA_NAME_COMMENT;{n};PSHELL;SHEET_{n};")?;
         let t = real(sheet.thickness.median, 8);
         // Material 1 for membrane, bending and shear.
-        writeln!(out, "{:8}{n:>8}{:>8}{t:>8}{:>8}{:>8}{:>8}", "PSHELL", 1, 1, "", 1)?;
+        writeln!(
+            out,
+            "{:8}{n:>8}{:>8}{t:>8}{:>8}{:>8}{:>8}",
+            "PSHELL", 1, 1, "", 1
+        )?;
     }
     for (n, node) in (1..).zip(&model.nodes) {
         let [x, y, z] = node.position.to_array().map(|x| real(x, 16));
@@ -34,7 +51,11 @@ pub(super) fn write(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
     }
     for (n, line) in (1..).zip(&model.lines) {
         writeln!(out, "$ {}", line.name)?;
-        let nodes: Vec<String> = line.nodes().iter().map(|v| format!("{:>8}", v + 1)).collect();
+        let nodes: Vec<String> = line
+            .nodes()
+            .iter()
+            .map(|v| format!("{:>8}", v + 1))
+            .collect();
         let mut head = format!("{:8}{n:>8}", "SET1");
         let mut rest = nodes.as_slice();
         let mut room = SET_ROW;
@@ -77,8 +98,8 @@ fn write_element(
     fields.extend(nodes);
     match element.nodes.len() {
         // Angle, offset, then a line that begins with two more fields.
-        3 => fields.extend([blank(), offset, blank(), blank(), blank()]),
-        4 => fields.extend([blank(), offset, blank(), blank()]),
+        3 => fields.extend([blank(), offset.clone(), blank(), blank(), blank()]),
+        4 => fields.extend([blank(), offset.clone(), blank(), blank()]),
         6 => fields.extend([blank(), offset.clone()]),
         _ => {}
     }

@@ -79,16 +79,19 @@ impl Buffer {
 
 pub(super) fn write(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
     let middle = Bounds::of(model.nodes.iter().map(|n| n.position)).center();
-    let range = model.nodes.iter().map(|n| n.thickness).fold(
-        [f64::INFINITY, f64::NEG_INFINITY],
-        |[low, high], t| [low.min(t), high.max(t)],
-    );
+    let range = model
+        .nodes
+        .iter()
+        .map(|n| n.thickness)
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], t| {
+            [low.min(t), high.max(t)]
+        });
     let mut buffer = Buffer::default();
     let mut meshes = Vec::new();
     let mut names = Vec::new();
-    for sheet in 0..model.sheets.len() as u32 {
-        meshes.push(sheet_primitive(model, sheet, middle, range, &mut buffer));
-        names.push(format!("SHEET_{}", sheet + 1));
+    for (n, own) in (1..).zip(model.by_sheet()) {
+        meshes.push(sheet_primitive(model, &own, middle, range, &mut buffer));
+        names.push(format!("SHEET_{n}"));
     }
     if let Some(seams) = seam_primitive(model, middle, &mut buffer) {
         meshes.push(seams);
@@ -137,7 +140,7 @@ pub(super) fn write(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
 /// Vertices are pairs of a node and a normal, so that a crease stays sharp.
 fn sheet_primitive(
     model: &ShellModel,
-    sheet: u32,
+    elements: &[usize],
     middle: DVec3,
     [thin, thick]: [f64; 2],
     buffer: &mut Buffer,
@@ -145,7 +148,7 @@ fn sheet_primitive(
     let mut number: FxHashMap<[u32; 2], u32> = FxHashMap::default();
     let (mut positions, mut normals, mut colours) = (Vec::new(), Vec::new(), Vec::new());
     let (mut thickness, mut indices) = (Vec::new(), Vec::new());
-    for e in model.of_sheet(sheet) {
+    for &e in elements {
         let element = &model.elements[e];
         let mut corner = |k: usize| {
             let key = [element.nodes[k], element.normals[k]];

@@ -50,8 +50,17 @@ pub(super) fn write(
     template: Option<Template>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    writeln!(out, "** midsurf: {} nodes, {} elements, {} sheets", model.nodes.len(), model.elements.len(), model.sheets.len())?;
-    writeln!(out, "** Lengths are the part's. The material is steel in mm, N and t: change it as needed.")?;
+    writeln!(
+        out,
+        "** midsurf: {} nodes, {} elements, {} sheets",
+        model.nodes.len(),
+        model.elements.len(),
+        model.sheets.len()
+    )?;
+    writeln!(
+        out,
+        "** Lengths are the part's. The material is steel in mm, N and t: change it as needed."
+    )?;
     writeln!(out, "*NODE, NSET=NALL")?;
     for (n, node) in (1..).zip(&model.nodes) {
         let [x, y, z] = node.position.to_array().map(|x| real(x, WIDTH));
@@ -74,14 +83,14 @@ fn nodes(element: &ShellElement) -> String {
 }
 
 fn elements(model: &ShellModel, dialect: Dialect, out: &mut dyn Write) -> io::Result<()> {
-    for sheet in 0..model.sheets.len() as u32 {
+    for (sheet, own) in (1..).zip(model.by_sheet()) {
         for sides in [3, 4] {
             let mut empty = true;
-            for e in model.of_sheet(sheet).filter(|&e| model.elements[e].sides() == sides) {
+            for &e in own.iter().filter(|&&e| model.elements[e].sides() == sides) {
                 let element = &model.elements[e];
                 if std::mem::take(&mut empty) {
                     let name = dialect.element(element.nodes.len());
-                    writeln!(out, "*ELEMENT, TYPE={name}, ELSET=SHEET_{}", sheet + 1)?;
+                    writeln!(out, "*ELEMENT, TYPE={name}, ELSET=SHEET_{sheet}")?;
                 }
                 writeln!(out, "{}, {}", e + 1, nodes(element))?;
             }
@@ -131,7 +140,10 @@ fn sections(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
     for (n, node) in (1..).zip(&model.nodes) {
         writeln!(out, "{n}, {}", real(node.thickness, WIDTH))?;
     }
-    writeln!(out, "*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n*DENSITY\n7.85e-9")?;
+    writeln!(
+        out,
+        "*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n*DENSITY\n7.85e-9"
+    )?;
     // Offset of the nodes from the middle, in thicknesses along the normal.
     let offset = model.placement - 0.5;
     let offset = match offset == 0.0 {
@@ -144,7 +156,10 @@ fn sections(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
             writeln!(out, "** walls: below {}; above {}", names(0), names(1))?;
         }
         // The figure below is not used, but has to be there.
-        writeln!(out, "*SHELL SECTION, ELSET=SHEET_{n}, MATERIAL=STEEL, NODAL THICKNESS{offset}")?;
+        writeln!(
+            out,
+            "*SHELL SECTION, ELSET=SHEET_{n}, MATERIAL=STEEL, NODAL THICKNESS{offset}"
+        )?;
         writeln!(out, "{}", real(sheet.thickness.median, WIDTH))?;
     }
     Ok(())

@@ -117,7 +117,7 @@ impl SurfaceFormat {
             Some("stl") => Ok(SurfaceFormat::Stl),
             _ => Err(WriteError::UnknownFormat {
                 file: file.to_owned(),
-                known: ".obj, .ply, .vtu or .stl",
+                known: ".obj, .ply, .vtu, .stl, .inp, .bdf, .msh or .glb",
             }),
         }
     }
@@ -163,6 +163,9 @@ pub fn thickness_file(obj: &Path) -> PathBuf {
 /// [`WriteError::UnknownFormat`].
 pub fn files_for(file: &Path) -> Result<Vec<PathBuf>, WriteError> {
     let mut files = vec![file.to_owned()];
+    if ShellFormat::of(file).is_some() {
+        return Ok(files);
+    }
     if SurfaceFormat::of(file)? == SurfaceFormat::Obj {
         files.push(thickness_file(file));
     }

@@ -23,6 +23,8 @@ struct Entities<'m> {
     curves: Vec<(Vec<usize>, Sides)>,
     /// Nodes that belong to each curve.
     curve_nodes: Vec<Vec<u32>>,
+    /// Elements of each sheet.
+    sheets: Vec<Vec<usize>>,
     /// Nodes that belong to each sheet.
     sheet_nodes: Vec<Vec<u32>>,
 }
@@ -53,16 +55,16 @@ impl<'m> Entities<'m> {
         let curve_nodes = (curves.iter())
             .map(|(_, sides)| take(&mut sides.iter().flat_map(|s| s.0.into_iter().chain(s.1))))
             .collect();
-        let sheet_nodes = (0..model.sheets.len() as u32)
-            .map(|sheet| {
-                let elements = model.of_sheet(sheet).map(|e| &model.elements[e]);
-                take(&mut elements.flat_map(|e| e.nodes.iter().copied()))
-            })
+        let sheets = model.by_sheet();
+        let nodes = |&e: &usize| model.elements[e].nodes.iter().copied();
+        let sheet_nodes = (sheets.iter())
+            .map(|own| take(&mut own.iter().flat_map(nodes)))
             .collect();
         Entities {
             model,
             curves,
             curve_nodes,
+            sheets,
             sheet_nodes,
         }
     }
@@ -89,7 +91,11 @@ pub(super) fn write(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
 }
 
 fn names(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "$PhysicalNames\n{}", model.lines.len() + model.sheets.len())?;
+    writeln!(
+        out,
+        "$PhysicalNames\n{}",
+        model.lines.len() + model.sheets.len()
+    )?;
     for (n, line) in (1..).zip(&model.lines) {
         writeln!(out, "1 {n} \"{}\"", line.name)?;
     }
@@ -100,17 +106,27 @@ fn names(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
 }
 
 fn blocks(entities: &Entities, out: &mut dyn Write) -> io::Result<()> {
-    let Entities { model, curves, .. } = entities;
-    writeln!(out, "$Entities\n0 {} {} 0", curves.len(), model.sheets.len())?;
+    let Entities {
+        model,
+        curves,
+        sheets,
+        ..
+    } = entities;
+    writeln!(
+        out,
+        "$Entities\n0 {} {} 0",
+        curves.len(),
+        model.sheets.len()
+    )?;
     for (n, (lines, sides)) in (1..).zip(curves) {
         let bounds = entities.bounds(sides.iter().flat_map(|s| s.0));
         let groups: Vec<String> = lines.iter().map(|l| (l + 1).to_string()).collect();
         writeln!(out, "{n} {bounds} {} {} 0", groups.len(), groups.join(" "))?;
     }
-    for sheet in 0..model.sheets.len() as u32 {
-        let elements = model.of_sheet(sheet).map(|e| &model.elements[e]);
-        let bounds = entities.bounds(elements.flat_map(|e| e.corners().iter().copied()));
-        writeln!(out, "{n} {bounds} 1 {n} 0", n = sheet + 1)?;
+    for (n, own) in (1..).zip(sheets) {
+        let corners = |&e: &usize| model.elements[e].corners().iter().copied();
+        let bounds = entities.bounds(own.iter().flat_map(corners));
+        writeln!(out, "{n} {bounds} 1 {n} 0")?;
     }
     writeln!(out, "$EndEntities")
 }
@@ -127,7 +143,11 @@ fn nodes(entities: &Entities, out: &mut dyn Write) -> io::Result<()> {
             writeln!(out, "{}", node + 1)?;
         }
         for &node in own {
-            writeln!(out, "{}", point(entities.model.nodes[node as usize].position))?;
+            writeln!(
+                out,
+                "{}",
+                point(entities.model.nodes[node as usize].position)
+            )?;
         }
     }
     writeln!(out, "$EndNodes")
@@ -145,21 +165,29 @@ fn kind(nodes: usize) -> u32 {
 
 /// Elements keep the model's numbers; sides follow.
 fn elements(entities: &Entities, out: &mut dyn Write) -> io::Result<()> {
-    let Entities { model, curves, .. } = entities;
+    let Entities {
+        model,
+        curves,
+        sheets,
+        ..
+    } = entities;
     let mut blocks: Vec<(u32, u32, Vec<usize>)> = Vec::new();
-    for sheet in 0..model.sheets.len() as u32 {
+    for (sheet, all) in (1..).zip(sheets) {
         for sides in [3, 4] {
-            let own: Vec<usize> = (model.of_sheet(sheet))
-                .filter(|&e| model.elements[e].sides() == sides)
-                .collect();
+            let fits = |e: &usize| model.elements[*e].sides() == sides;
+            let own: Vec<usize> = all.iter().copied().filter(fits).collect();
             if let Some(&first) = own.first() {
-                blocks.push((sheet + 1, kind(model.elements[first].nodes.len()), own));
+                blocks.push((sheet, kind(model.elements[first].nodes.len()), own));
             }
         }
     }
     let sides: usize = curves.iter().map(|c| c.1.len()).sum();
     let count = model.elements.len() + sides;
-    writeln!(out, "$Elements\n{} {count} 1 {count}", blocks.len() + curves.len())?;
+    writeln!(
+        out,
+        "$Elements\n{} {count} 1 {count}",
+        blocks.len() + curves.len()
+    )?;
     for (sheet, kind, own) in blocks {
         writeln!(out, "2 {sheet} {kind} {}", own.len())?;
         for e in own {
@@ -173,7 +201,12 @@ fn elements(entities: &Entities, out: &mut dyn Write) -> io::Result<()> {
     let mut number = model.elements.len();
     for (n, (_, sides)) in (1..).zip(curves) {
         let quadratic = sides.iter().all(|s| s.1.is_some());
-        writeln!(out, "1 {n} {} {}", if quadratic { 8 } else { 1 }, sides.len())?;
+        writeln!(
+            out,
+            "1 {n} {} {}",
+            if quadratic { 8 } else { 1 },
+            sides.len()
+        )?;
         for &([a, b], middle) in sides {
             number += 1;
             write!(out, "{number} {} {}", a + 1, b + 1)?;
@@ -187,7 +220,11 @@ fn elements(entities: &Entities, out: &mut dyn Write) -> io::Result<()> {
 }
 
 fn thickness(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "$NodeData\n1\n\"thickness\"\n1\n0.0\n3\n0\n1\n{}", model.nodes.len())?;
+    writeln!(
+        out,
+        "$NodeData\n1\n\"thickness\"\n1\n0.0\n3\n0\n1\n{}",
+        model.nodes.len()
+    )?;
     for (n, node) in (1..).zip(&model.nodes) {
         writeln!(out, "{n} {}", node.thickness)?;
     }

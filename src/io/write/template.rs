@@ -30,10 +30,17 @@ pub(super) fn ends(model: &ShellModel) -> Option<(&LineSet, &LineSet)> {
     let along = axes(model).1;
     let middle = |set: &&LineSet| {
         let nodes = set.nodes();
-        let sum: f64 = nodes.iter().map(|&n| model.nodes[n as usize].position.dot(along)).sum();
+        let sum: f64 = nodes
+            .iter()
+            .map(|&n| model.nodes[n as usize].position.dot(along))
+            .sum();
         sum / nodes.len().max(1) as f64
     };
-    let sets: Vec<&LineSet> = model.lines.iter().filter(|l| l.kind == SetKind::Coping).collect();
+    let sets: Vec<&LineSet> = model
+        .lines
+        .iter()
+        .filter(|l| l.kind == SetKind::Coping)
+        .collect();
     let first = sets.iter().min_by(|a, b| middle(a).total_cmp(&middle(b)))?;
     let last = sets.iter().max_by(|a, b| middle(a).total_cmp(&middle(b)))?;
     Some((first, last))
@@ -42,14 +49,24 @@ pub(super) fn ends(model: &ShellModel) -> Option<(&LineSet, &LineSet)> {
 /// Axes of the shortest and of the longest side of the box.
 fn axes(model: &ShellModel) -> (DVec3, DVec3) {
     let size = Bounds::of(model.nodes.iter().map(|n| n.position)).size();
-    (DVec3::AXES[size.min_position()], DVec3::AXES[size.max_position()])
+    (
+        DVec3::AXES[size.min_position()],
+        DVec3::AXES[size.max_position()],
+    )
 }
 
 pub(super) fn write(model: &ShellModel, template: Template, out: &mut dyn Write) -> io::Result<()> {
     let Some((clamped, loaded)) = ends(model) else {
-        return writeln!(out, "** No template: the part has no coping face to hold it by.");
+        return writeln!(
+            out,
+            "** No template: the part has no coping face to hold it by."
+        );
     };
-    writeln!(out, "** Clamped: {}. Change the name to hold it elsewhere.", clamped.name)?;
+    writeln!(
+        out,
+        "** Clamped: {}. Change the name to hold it elsewhere.",
+        clamped.name
+    )?;
     writeln!(out, "*BOUNDARY\n{}, 1, 6", clamped.name)?;
     match template {
         Template::Modal => {
