@@ -45,7 +45,7 @@ pub enum Problem {
     /// Suffix of no known format.
     #[error("has no suffix of a known mesh format")]
     #[diagnostic(help(
-        "use .obj, .stl, .ply or .off; a STEP file can be meshed with `gmsh -2 part.step -o part.stl`"
+        "use .obj, .stl, .ply, .off, .msh, .inp or .bdf; a STEP file can be meshed with `gmsh -2 part.step -o part.msh`"
     ))]
     UnknownFormat,
     /// Suffix of a format that cannot hold a control mesh, or of none.

@@ -36,7 +36,7 @@ impl ShellModel {
 }
 
 /// The shortest move that comes nearest to 1 along each normal.
-fn meeting(normals: &[DVec3]) -> DVec3 {
+pub(super) fn meeting(normals: &[DVec3]) -> DVec3 {
     let (mut products, mut sums) = (Matrix3::zeros(), Vector3::zeros());
     for n in normals {
         let n = Vector3::new(n.x, n.y, n.z);

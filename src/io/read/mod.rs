@@ -1,7 +1,11 @@
 //! Mesh readers: one file a format.
 
+mod bdf;
 mod control;
+mod deck;
+mod inp;
 mod loaded;
+mod msh;
 mod obj;
 mod off;
 mod ply;
@@ -32,6 +36,12 @@ pub enum MeshFormat {
     Ply,
     /// OFF, ASCII.
     Off,
+    /// Gmsh, ASCII.
+    Msh,
+    /// Abaqus or CalculiX deck: its shells.
+    Inp,
+    /// Nastran bulk data: its shells.
+    Bdf,
 }
 
 impl MeshFormat {
@@ -43,6 +53,9 @@ impl MeshFormat {
             "stl" => Some(MeshFormat::Stl),
             "ply" => Some(MeshFormat::Ply),
             "off" => Some(MeshFormat::Off),
+            "msh" => Some(MeshFormat::Msh),
+            "inp" => Some(MeshFormat::Inp),
+            "bdf" | "nas" | "dat" => Some(MeshFormat::Bdf),
             _ => None,
         }
     }
@@ -100,6 +113,9 @@ fn parse(bytes: &[u8], format: MeshFormat) -> Result<RawMesh, Located> {
         MeshFormat::Stl => stl::parse(bytes),
         MeshFormat::Ply => ply::parse(bytes),
         MeshFormat::Off => off::parse(bytes),
+        MeshFormat::Msh => msh::parse(bytes),
+        MeshFormat::Inp => inp::parse(bytes),
+        MeshFormat::Bdf => bdf::parse(bytes),
     }?;
     if raw.mesh.triangles.is_empty() {
         let vertices = raw.mesh.positions.len();
