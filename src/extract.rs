@@ -6,6 +6,7 @@ use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::check::closed_over::{ClosedOver, closed_over};
 use crate::field::Field;
 use crate::field::thickness::ThicknessProfile;
 use crate::lattice::Lattice;
@@ -110,6 +111,8 @@ pub struct Extraction {
     pub surface: MidSurface,
     /// Sheets, seams, borders and junctions.
     pub graph: SheetGraph,
+    /// Coping faces that no border reached: features closed over.
+    pub closed_over: Vec<ClosedOver>,
     /// What it took.
     pub work: Work,
 }
@@ -136,6 +139,7 @@ pub fn extract_until(
     let start = Instant::now();
     progress("field", 0, 0);
     let frame = Frame::around(&part.bounds());
+    let whole = part;
     let part = &*part.in_frame(frame);
     let field = Field::new(part);
     let profile = ThicknessProfile::measure(&field, 2000);
@@ -155,6 +159,7 @@ pub fn extract_until(
     let mut surface = build(&traced, feet::balls(&traced, &field));
     surface.leave(frame);
     let graph = SheetGraph::of(&surface);
+    let closed_over = closed_over(whole, &surface, cell);
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 
     let work = Work {
@@ -167,6 +172,7 @@ pub fn extract_until(
     Ok(Extraction {
         surface,
         graph,
+        closed_over,
         work,
     })
 }

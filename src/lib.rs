@@ -21,6 +21,7 @@
 //!
 //! Beside that pipeline:
 //!
+//! * [`check`]: what a result fails to do, held against the part.
 //! * [`dual_contour`]: a solid given by a function, as a mesh without
 //!   self-intersections; what the next three share.
 //! * [`offset`]: closed parts grown, shrunk and hollowed.
@@ -36,6 +37,7 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 
+pub mod check;
 pub mod coping;
 pub mod dual_contour;
 pub mod extract;

@@ -115,6 +115,12 @@ impl BallSurface {
         )
     }
 
+    /// The same surface, round at all its borders.
+    pub fn rounded(mut self) -> BallSurface {
+        self.flat.clear();
+        self
+    }
+
     /// Least diameter of a ball of positive radius at a vertex in use.
     pub fn least_thickness(&self) -> f64 {
         let used = self

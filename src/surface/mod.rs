@@ -19,6 +19,7 @@ pub(crate) mod shapes;
 mod sheets;
 #[cfg(test)]
 mod tests;
+pub mod thickness;
 
 use glam::DVec3;
 use serde::Serialize;

@@ -133,14 +133,25 @@ fn the_solid_does_not_depend_on_threads_or_files() {
         &mut bytes,
     )
     .unwrap();
-    let loaded = read_surface(&desk.put("mid.ply", bytes), None, false).unwrap();
+    let loaded = read_surface(&desk.put("mid.ply", bytes), None).unwrap();
     assert!(loaded.kinds && matches!(loaded.radius, RadiusSource::Radius(_)));
-    assert_eq!(
-        rethicken(&loaded.surface, &settings, &|_, _, _| ())
-            .unwrap()
-            .mesh,
-        first
-    );
+    let again = BallSurface::of(&loaded.surface).unwrap();
+    let solid = rethicken(&again, &settings, &|_, _, _| ()).unwrap();
+    assert_eq!(solid.mesh, first);
+
+    // All that a PLY holds comes back.
+    let (was, is) = (&result.surface, &loaded.surface);
+    assert_eq!(is.triangles(), was.triangles());
+    assert_eq!(is.seams(), was.seams());
+    assert_eq!(is.borders(), was.borders());
+    assert_eq!(is.junctions(), was.junctions());
+    for (v, w) in is.vertices().iter().zip(was.vertices()) {
+        assert_eq!((v.position, v.kind), (w.position, w.kind));
+        assert_eq!(
+            (v.ball.radius, v.ball.thickness),
+            (w.ball.radius, w.ball.thickness)
+        );
+    }
 }
 
 #[test]
@@ -185,9 +196,10 @@ fn a_ply_tells_borders_by_edge() {
     let desk = Desk::new();
     let file = desk.put("mid.ply", bytes);
     let flat = |round| {
-        let loaded = read_surface(&file, None, round).unwrap();
+        let loaded = read_surface(&file, None).unwrap();
         assert!(loaded.kinds);
-        loaded.surface.flat_edges()
+        let surface = BallSurface::of(&loaded.surface).unwrap();
+        if round { surface.rounded() } else { surface }.flat_edges()
     };
     assert_eq!(BallSurface::of(&surface).unwrap().flat_edges(), 2);
     assert_eq!([flat(false), flat(true)], [2, 0]);

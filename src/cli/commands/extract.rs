@@ -148,7 +148,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         write: start.elapsed().as_secs_f64() - read - Seconds::of_work(&result.work),
         total: start.elapsed().as_secs_f64(),
     };
-    let report = Report::new(&input, &result, seconds);
+    let report = Report::new(&result, seconds);
     let mut report_json = report.json(&args, &input, &result);
     if let Some(model) = model {
         report_json["shell"] = model;

@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use glam::DVec3;
 use midsurf::extract::{Extraction, Work};
 use midsurf::surface::listing::{Summary, summary};
+use midsurf::surface::thickness::Thickness;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::closed_over::{ClosedOver, closed_over};
 use super::extract::Args;
-use super::thickness::Thickness;
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};
 use crate::cli::shared::numbers::figure;
@@ -44,7 +43,6 @@ impl Seconds {
 pub(crate) struct Report {
     figures: Summary,
     thickness: Option<Thickness>,
-    closed_over: Vec<ClosedOver>,
     seconds: Seconds,
     peak: Option<Bytes>,
     /// Those of the result; the input has its own.
@@ -52,13 +50,11 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    pub(crate) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
-        let closed_over = closed_over(&input.part, &result.surface, result.work.cell);
+    pub(crate) fn new(result: &Extraction, seconds: Seconds) -> Report {
         Report {
             figures: summary(&result.surface, &result.graph),
             thickness: Thickness::of(&result.surface),
-            warnings: warnings(result, &closed_over),
-            closed_over,
+            warnings: warnings(result),
             seconds,
             peak: peak(),
         }
@@ -110,7 +106,7 @@ impl Report {
             "result": self.result(result),
             "cracks": cracks.len(),
             "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],
-            "closed_over": self.closed_over,
+            "closed_over": result.closed_over,
             "work": {
                 "cells": work.counts.cells,
                 "tetrahedra": work.counts.tetrahedra,
@@ -258,7 +254,7 @@ impl Report {
 }
 
 /// What is wrong or odd about a result.
-fn warnings(result: &Extraction, closed_over: &[ClosedOver]) -> Vec<Warning> {
+fn warnings(result: &Extraction) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let mut warn = |code, message: String| {
         warnings.push(Warning { code, message });
@@ -316,15 +312,16 @@ fn warnings(result: &Extraction, closed_over: &[ClosedOver]) -> Vec<Warning> {
             ),
         );
     }
-    if !closed_over.is_empty() {
-        let middles = closed_over
+    if !result.closed_over.is_empty() {
+        let middles = result
+            .closed_over
             .iter()
             .map(|piece| 0.5 * (DVec3::from(piece.min) + DVec3::from(piece.max)));
         warn(
             "closed_over",
             format!(
                 "no border came out on {}, at {}: features smaller than two cells are closed over; a smaller --cell finds them",
-                counted(closed_over.len(), "coping face"),
+                counted(result.closed_over.len(), "coping face"),
                 named(middles)
             ),
         );

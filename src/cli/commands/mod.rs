@@ -1,6 +1,5 @@
 //! The commands, one file each.
 
-mod closed_over;
 mod closed_part;
 pub(crate) mod extract;
 mod extract_report;
@@ -12,4 +11,3 @@ pub(crate) mod roundtrip;
 pub(crate) mod subdivide;
 pub(crate) mod tags;
 pub(crate) mod thicken;
-mod thickness;

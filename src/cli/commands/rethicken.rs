@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::io::{LoadedSurface, RadiusSource, read_surface};
-use midsurf::rethicken::{RethickenError, RethickenWarning, Settings, rethicken};
+use midsurf::rethicken::{BallSurface, RethickenError, RethickenWarning, Settings, rethicken};
 use midsurf::settings::cell::{CellSize, Scale};
 use serde_json::json;
 
@@ -74,23 +74,23 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
     let progress = args.run.start();
-    let loaded = read_surface(&args.surface, args.thickness.as_deref(), args.round_borders)
-        .map_err(Failure::input)?;
+    let loaded = read_surface(&args.surface, args.thickness.as_deref()).map_err(Failure::input)?;
+    let mut surface =
+        BallSurface::of(&loaded.surface).map_err(|error| failure(&error, loaded.radius.file()))?;
+    if args.round_borders {
+        surface = surface.rounded();
+    }
     let read_seconds = start.elapsed().as_secs_f64();
-    let settings = args.settings(&loaded)?;
+    let settings = args.settings(&surface)?;
     let show = |stage, done, expected| progress.show(stage, done, expected);
-    let result = rethicken(&loaded.surface, &settings, &show)
-        .map_err(|error| failure(&error, &args.surface))?;
-    let warnings = warnings(&args, &loaded, &result.warnings);
+    let result =
+        rethicken(&surface, &settings, &show).map_err(|error| failure(&error, &args.surface))?;
+    let warnings = warnings(&args, &loaded, &surface, &result.warnings);
 
     progress.show("writing", 0, 0);
     let begin = Instant::now();
     let mesh = &result.mesh;
     let staged = args.solid.stage(mesh, None)?;
-    let (source, exact) = match &loaded.radius {
-        RadiusSource::Radius(file) => (file, true),
-        RadiusSource::HalfThickness(file) => (file, false),
-    };
     let report = Envelope {
         command: "rethicken",
         input: json!({
@@ -98,12 +98,12 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "sha256": loaded.sha256,
             "vertices": loaded.vertices,
             "triangles": loaded.triangles,
-            "area": loaded.surface.area(),
-            "flat_border_edges": loaded.surface.flat_edges(),
-            "median_thickness": loaded.surface.median_thickness(),
-            "least_thickness": loaded.surface.least_thickness(),
-            "radius_from": source,
-            "radius_given": exact,
+            "area": surface.area(),
+            "flat_border_edges": surface.flat_edges(),
+            "median_thickness": surface.median_thickness(),
+            "least_thickness": surface.least_thickness(),
+            "radius_from": loaded.radius.file(),
+            "radius_given": matches!(loaded.radius, RadiusSource::Radius(_)),
         }),
         settings: json!({
             "cell": args.cell,
@@ -143,12 +143,12 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 }
 
 impl Args {
-    fn settings(&self, loaded: &LoadedSurface) -> Result<Settings, Failure> {
-        let mut settings = Settings::new(&loaded.surface);
+    fn settings(&self, surface: &BallSurface) -> Result<Settings, Failure> {
+        let mut settings = Settings::new(surface);
         let scale = Scale {
             auto: Some(settings.cell),
-            thickness: Some(loaded.surface.median_thickness()),
-            diagonal: loaded.surface.diagonal(),
+            thickness: Some(surface.median_thickness()),
+            diagonal: surface.diagonal(),
         };
         settings.cell = self.cell.resolve(&scale).map_err(Failure::input)?;
         settings.tolerance = self.tolerance.unwrap_or(settings.tolerance);
@@ -158,7 +158,12 @@ impl Args {
     }
 }
 
-fn warnings(args: &Args, loaded: &LoadedSurface, found: &[RethickenWarning]) -> Vec<Warning> {
+fn warnings(
+    args: &Args,
+    loaded: &LoadedSurface,
+    surface: &BallSurface,
+    found: &[RethickenWarning],
+) -> Vec<Warning> {
     let warning = |code, message: &str| Warning {
         code,
         message: format!("{}: {message}", args.surface.display()),
@@ -170,7 +175,7 @@ fn warnings(args: &Args, loaded: &LoadedSurface, found: &[RethickenWarning]) -> 
         let message = "no radius is given, half the thickness is taken: a little small near seams";
         warnings.push(warning("half_thickness", message));
     }
-    if !loaded.kinds && !args.round_borders && loaded.surface.flat_edges() > 0 {
+    if !loaded.kinds && !args.round_borders && surface.flat_edges() > 0 {
         let message = "the file does not tell coping from fading borders: all end flat";
         warnings.push(warning("unknown_borders", message));
     }

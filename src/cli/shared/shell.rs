@@ -8,7 +8,8 @@ use midsurf::io::write::{Dialect, ShellFormat, ShellOptions, Staged, Template, s
 use midsurf::mesh::FaceId;
 use midsurf::shell::mass::MassProperties;
 use midsurf::shell::{
-    Faces, Order, ShellModel, ShellSettings, THICKNESS_TOLERANCE, ThicknessFrom, coping_patches,
+    Faces, NORMAL_REACH, Order, ShellModel, ShellSettings, THICKNESS_TOLERANCE, ThicknessFrom,
+    coping_patches,
 };
 use midsurf::surface::MidSurface;
 use serde_json::{Value, json};
@@ -35,6 +36,9 @@ pub(crate) struct ShellArgs {
     /// Sheets whose thickness differs by at most this share are of one class
     #[arg(long, value_name = "SHARE", default_value_t = THICKNESS_TOLERANCE, value_parser = share, allow_negative_numbers = true)]
     thickness_tolerance: f64,
+    /// Radius within which normals are averaged, in thicknesses
+    #[arg(long, value_name = "REACH", default_value_t = NORMAL_REACH, value_parser = reach, allow_negative_numbers = true)]
+    normal_reach: f64,
     /// Where the nodes lie between the walls: 0 on one, 0.5 in the middle, 1 on the other
     #[arg(long, value_name = "SHARE", default_value_t = 0.5, value_parser = share, allow_negative_numbers = true)]
     placement: f64,
@@ -58,6 +62,13 @@ enum TemplateArg {
 enum ThicknessArg {
     Ball,
     Footpoints,
+}
+
+fn reach(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(reach) if (0.0..=10.0).contains(&reach) => Ok(reach),
+        _ => Err("expected a number from 0 to 10".to_owned()),
+    }
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -127,8 +138,8 @@ impl ShellArgs {
                 ThicknessArg::Ball => ThicknessFrom::Ball,
                 ThicknessArg::Footpoints => ThicknessFrom::Footpoints,
             },
+            normal_reach: self.normal_reach,
             thickness_tolerance: self.thickness_tolerance,
-            ..ShellSettings::default()
         };
         let mut model = ShellModel::of(surface, faces, &settings);
         let field = Field::new(&input.part);

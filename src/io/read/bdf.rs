@@ -61,7 +61,9 @@ fn fields(text: &str) -> (String, Vec<String>) {
     }
     let text: Vec<char> = text.chars().collect();
     let cut = |from: usize, to: usize| {
-        let part: String = text[from.min(text.len())..to.min(text.len())].iter().collect();
+        let part: String = text[from.min(text.len())..to.min(text.len())]
+            .iter()
+            .collect();
         clean(&part)
     };
     let name = cut(0, 8);

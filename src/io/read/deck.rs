@@ -139,7 +139,10 @@ impl Deck {
         let mut sums = vec![(0.0, 0u32); count];
         for facet in &self.facets {
             for (k, id) in facet.corners.iter().enumerate() {
-                let own = facet.thickness.get(k).filter(|_| !self.nodal.contains_key(id));
+                let own = facet
+                    .thickness
+                    .get(k)
+                    .filter(|_| !self.nodal.contains_key(id));
                 if let Some(t) = own.or_else(|| self.nodal.get(id)) {
                     let sum = &mut sums[vertex(id) as usize];
                     *sum = (sum.0 + t, sum.1 + 1);

@@ -98,7 +98,10 @@ fn keyword_line(keyword: &str, line: u64) -> Result<Mode, Located> {
     let parameters: Vec<(String, String)> = words
         .map(|word| {
             let (key, value) = word.split_once('=').unwrap_or((word, ""));
-            (key.trim().to_ascii_uppercase(), value.trim().to_ascii_uppercase())
+            (
+                key.trim().to_ascii_uppercase(),
+                value.trim().to_ascii_uppercase(),
+            )
         })
         .collect();
     let value = |key: &str| {

@@ -94,10 +94,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
                 let head = rows.row(2)?;
                 version = rows.real(&head[0])?;
                 if head[1] != "0" {
-                    return Err(rows.refuse("binary .msh is not read; write it with `gmsh -format msh41` as text".to_owned()));
+                    return Err(rows.refuse(
+                        "binary .msh is not read; write it with `gmsh -format msh41` as text"
+                            .to_owned(),
+                    ));
                 }
                 if version != 2.2 && version != 4.1 {
-                    return Err(rows.refuse(format!("version {version} is not read; write 4.1 or 2.2")));
+                    return Err(
+                        rows.refuse(format!("version {version} is not read; write 4.1 or 2.2"))
+                    );
                 }
             }
             "$PhysicalNames" => {
@@ -174,7 +179,12 @@ fn elements_4(
             let row = rows.wholes(2)?;
             match corners(kind) {
                 Some(n) if row.len() > n => {
-                    deck.shell(row[1..=n].to_vec(), Some(name.clone()), Vec::new(), rows.last);
+                    deck.shell(
+                        row[1..=n].to_vec(),
+                        Some(name.clone()),
+                        Vec::new(),
+                        rows.last,
+                    );
                 }
                 Some(n) => return Err(rows.refuse(format!("expected {n} nodes"))),
                 // Points and lines are no elements of a surface.
@@ -196,7 +206,9 @@ fn elements_2(rows: &mut Rows, deck: &mut Deck, names: &Names) -> Result<(), Loc
             }
             continue;
         };
-        let nodes = row.get(3usize.saturating_add(tags)..).filter(|nodes| nodes.len() >= n);
+        let nodes = row
+            .get(3usize.saturating_add(tags)..)
+            .filter(|nodes| nodes.len() >= n);
         let nodes = nodes.ok_or_else(|| rows.refuse(format!("expected {n} nodes")))?;
         let named = row.get(3).and_then(|&g| names.get(&(2, g)).cloned());
         let name = named.or_else(|| row.get(4).map(|entity| format!("surface_{entity}")));

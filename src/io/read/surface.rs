@@ -1,18 +1,19 @@
-//! Mid-surfaces read back: triangles, a ball at every vertex, and which free
-//! borders end flat.
+//! Mid-surfaces read back: triangles, a ball at every vertex, seams and borders
+//! as far as the file tells them.
 
 use std::path::{Path, PathBuf};
 
 use miette::Diagnostic;
-use rustc_hash::FxHashSet;
+use smallvec::SmallVec;
 use thiserror::Error;
 
-use super::{ReadWarning, read_mesh};
+use super::{LoadedMesh, ReadWarning, read_mesh};
 use crate::io::error::ReadError;
 use crate::io::text::{Lines, decode, excerpt};
 use crate::io::write::{thickness_file, vertex_code};
-use crate::rethicken::{BallSurface, RethickenError};
-use crate::surface::VertexKind;
+use crate::surface::build::build;
+use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
+use crate::surface::{Ball, MidSurface, VertexKind};
 
 /// Where the radii come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,15 +25,23 @@ pub enum RadiusSource {
     HalfThickness(PathBuf),
 }
 
+impl RadiusSource {
+    /// The file.
+    pub fn file(&self) -> &Path {
+        let (RadiusSource::Radius(file) | RadiusSource::HalfThickness(file)) = self;
+        file
+    }
+}
+
 /// A mid-surface from files.
 #[derive(Clone, Debug)]
 pub struct LoadedSurface {
-    /// The surface.
-    pub surface: BallSurface,
+    /// The surface; its footpoints are not known.
+    pub surface: MidSurface,
     /// Where its radii come from.
     pub radius: RadiusSource,
     /// Whether the file tells coping borders from fading ones; if not, all
-    /// end flat.
+    /// count as coping.
     pub kinds: bool,
     /// Vertices of the file.
     pub vertices: usize,
@@ -86,40 +95,42 @@ pub enum SurfaceReadError {
         /// What is wrong.
         problem: String,
     },
-    /// The numbers make no solid.
-    #[error("{}: {source}", file.display())]
+    /// A radius or thickness is none.
+    #[error("{}: the radius {radius} of vertex {vertex} is not a length ({count} such in all)", file.display())]
     #[diagnostic(help(
         "every vertex needs a radius or thickness that is zero or more; extract the mid-surface again"
     ))]
-    Balls {
+    BadRadius {
         /// Where the radii come from.
         file: PathBuf,
-        /// What is wrong.
-        #[source]
-        source: RethickenError,
+        /// The first such vertex.
+        vertex: usize,
+        /// Its radius.
+        radius: f64,
+        /// Vertices with a radius that is negative or not finite.
+        count: usize,
     },
 }
 
 /// Reads a mid-surface. The balls are those of the PLY file itself, or of the
 /// table beside another file (`mid.obj`: `mid.thickness.csv`), or of `table`.
-/// With `round`, free borders of every kind end round.
+///
+/// What `midsurf extract` wrote as a PLY comes back as it was, but for the
+/// footpoints.
 ///
 /// # Errors
 ///
 /// [`SurfaceReadError`] names the file, and the line of a table.
-pub fn read_surface(
-    file: &Path,
-    table: Option<&Path>,
-    round: bool,
-) -> Result<LoadedSurface, SurfaceReadError> {
-    let loaded = read_mesh(file)?;
+pub fn read_surface(file: &Path, table: Option<&Path>) -> Result<LoadedSurface, SurfaceReadError> {
+    let mut loaded = read_mesh(file)?;
     let count = loaded.mesh.positions.len();
     let beside = thickness_file(file);
-    let values = loaded.values;
+    let given = std::mem::take(&mut loaded.values.radius);
+    let thickness = std::mem::take(&mut loaded.values.thickness);
     let (radii, radius) = match table {
         Some(table) => read_table(table, count)?,
-        None if !values.radius.is_empty() => (values.radius, RadiusSource::Radius(file.into())),
-        None if !values.thickness.is_empty() => halved(values.thickness, file),
+        None if !given.is_empty() => (given, RadiusSource::Radius(file.into())),
+        None if !thickness.is_empty() => halved(thickness.clone(), file),
         None if beside.is_file() => read_table(&beside, count)?,
         None => {
             return Err(SurfaceReadError::NoThickness {
@@ -131,43 +142,83 @@ pub fn read_surface(
             });
         }
     };
-    let kinds = !values.kind.is_empty() || !values.edges.is_empty();
-    let is = |kind: f64, of: VertexKind| kind == f64::from(vertex_code(of));
-    let coping: FxHashSet<[u32; 2]> = (values.edges.iter())
-        .filter(|(_, kind)| is(*kind, VertexKind::CopingBorder))
-        .map(|([a, b], _)| [*a.min(b), *a.max(b)])
+    let bad = |r: &f64| !(r.is_finite() && *r >= 0.0);
+    if let Some(vertex) = radii.iter().position(bad) {
+        return Err(SurfaceReadError::BadRadius {
+            file: radius.file().into(),
+            vertex,
+            radius: radii[vertex],
+            count: radii.iter().filter(|r| bad(r)).count(),
+        });
+    }
+    // A thickness that stands beside the radius in the file itself is its own.
+    let own = |v: usize| thickness.get(v).filter(|t| table.is_none() && !bad(t));
+    let balls = (radii.iter().enumerate())
+        .map(|(v, &radius)| Ball {
+            radius,
+            thickness: own(v).copied().unwrap_or(2.0 * radius),
+            footpoints: SmallVec::new(),
+        })
         .collect();
+    let values = &loaded.values;
+    Ok(LoadedSurface {
+        kinds: !values.kind.is_empty() || !values.edges.is_empty(),
+        surface: build(&marked(&loaded), balls),
+        radius,
+        vertices: count,
+        triangles: loaded.mesh.triangles.len(),
+        sha256: loaded.sha256,
+        warnings: loaded.warnings,
+    })
+}
+
+/// The mesh with what its file says of edges. A file that gives no edges marks
+/// its borders by their vertices; one that gives no kinds at all has borders at
+/// coping only.
+fn marked(loaded: &LoadedMesh) -> MarkedMesh {
+    let values = &loaded.values;
+    let is = |kind: f64, of: VertexKind| kind == f64::from(vertex_code(of));
+    let mut mesh = MarkedMesh {
+        vertices: (loaded.mesh.positions.iter())
+            .map(|&at| MarkedVertex {
+                at,
+                walls: SmallVec::new(),
+                coping: None,
+            })
+            .collect(),
+        triangles: loaded.mesh.triangles.clone(),
+        ..MarkedMesh::default()
+    };
     let fading = |v: u32| {
         let kind = values.kind.get(v as usize);
         kind.is_some_and(|&kind| is(kind, VertexKind::FadingBorder))
     };
     // A vertex where both kinds of border meet is of the coping one, so edges
     // that say what they are know better.
-    let flat = |[a, b]: [u32; 2]| {
-        !round
-            && if values.edges.is_empty() {
-                !fading(a) && !fading(b)
-            } else {
-                coping.contains(&[a.min(b), a.max(b)])
-            }
-    };
-    let triangles = loaded.mesh.triangles.len();
-    let surface = BallSurface::new(loaded.mesh.positions, radii, loaded.mesh.triangles, flat)
-        .map_err(|source| SurfaceReadError::Balls {
-            file: match &radius {
-                RadiusSource::Radius(file) | RadiusSource::HalfThickness(file) => file.clone(),
-            },
-            source,
-        })?;
-    Ok(LoadedSurface {
-        surface,
-        radius,
-        kinds,
-        vertices: count,
-        triangles,
-        sha256: loaded.sha256,
-        warnings: loaded.warnings,
-    })
+    if values.edges.is_empty() {
+        for ((a, b), triangles) in mesh.edge_triangles() {
+            let line = match triangles.len() {
+                1 if fading(a) || fading(b) => Line::FadingBorder,
+                1 => Line::CopingBorder,
+                2 => continue,
+                _ => Line::Seam,
+            };
+            mesh.lines.insert((a, b), line);
+        }
+    }
+    for &([a, b], kind) in &values.edges {
+        let line = [
+            (VertexKind::Seam, Line::Seam),
+            (VertexKind::CopingBorder, Line::CopingBorder),
+            (VertexKind::FadingBorder, Line::FadingBorder),
+        ]
+        .into_iter()
+        .find(|(of, _)| is(kind, *of));
+        if let Some((_, line)) = line {
+            mesh.lines.insert(edge(a, b), line);
+        }
+    }
+    mesh
 }
 
 fn halved(mut thickness: Vec<f64>, file: &Path) -> (Vec<f64>, RadiusSource) {

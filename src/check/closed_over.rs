@@ -1,9 +1,9 @@
 //! Coping faces that no border reached: features closed over.
 
+use crate::field::Field;
+use crate::mesh::{Bounds, Part, TriMesh};
+use crate::surface::{BorderKind, MidSurface, VertexKind};
 use glam::DVec3;
-use midsurf::field::Field;
-use midsurf::mesh::{Bounds, Part, TriMesh};
-use midsurf::surface::{BorderKind, MidSurface, VertexKind};
 use serde::Serialize;
 
 /// Distance from a coping face, in cells, up to which a border vertex counts
@@ -13,14 +13,17 @@ const REACH: f64 = 1e-3;
 
 /// A connected piece of coping without any border on it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct ClosedOver {
+pub struct ClosedOver {
     /// Lowest triangle of it, as tag files count for a file of triangles.
-    pub(crate) triangle: u32,
-    pub(crate) triangles: usize,
-    pub(crate) area: f64,
-    /// Box around it.
-    pub(crate) min: [f64; 3],
-    pub(crate) max: [f64; 3],
+    pub triangle: u32,
+    /// How many it has.
+    pub triangles: usize,
+    /// Their area, square part units.
+    pub area: f64,
+    /// Low corner of the box around it.
+    pub min: [f64; 3],
+    /// High corner of it.
+    pub max: [f64; 3],
 }
 
 /// All pieces of coping, connected through edges, that no coping border lies
@@ -29,7 +32,7 @@ pub(crate) struct ClosedOver {
 ///
 /// A small feature whose coping adjoins that of a larger one belongs to one
 /// piece with it and is not told apart.
-pub(crate) fn closed_over(part: &Part, surface: &MidSurface, cell: f64) -> Vec<ClosedOver> {
+pub fn closed_over(part: &Part, surface: &MidSurface, cell: f64) -> Vec<ClosedOver> {
     let mesh = part.mesh();
     let faces: Vec<u32> = (0..mesh.triangles.len() as u32)
         .filter(|&face| part.coping()[face as usize])
@@ -115,9 +118,9 @@ fn border_points(surface: &MidSurface) -> impl Iterator<Item = DVec3> + '_ {
 
 #[cfg(test)]
 mod tests {
-    use midsurf::io::{MeshFormat, read_mesh_bytes};
-    use midsurf::mesh::PartOptions;
-    use midsurf::surface::{Ball, MidVertex, SurfaceParts};
+    use crate::io::{MeshFormat, read_mesh_bytes};
+    use crate::mesh::PartOptions;
+    use crate::surface::{Ball, MidVertex, SurfaceParts};
 
     use super::*;
 

@@ -1,25 +1,34 @@
 //! Thickness over a mid-surface, weighted by area.
 
-use midsurf::surface::MidSurface;
+use crate::surface::MidSurface;
 use serde::Serialize;
 
-/// Figures of the thickness, part units.
+/// Figures of the thickness, part units: least, percentiles of the area,
+/// greatest, and mean.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Thickness {
-    pub(crate) min: f64,
-    pub(crate) p5: f64,
-    pub(crate) p25: f64,
-    pub(crate) p50: f64,
-    pub(crate) p75: f64,
-    pub(crate) p95: f64,
-    pub(crate) max: f64,
-    pub(crate) mean: f64,
+pub struct Thickness {
+    /// Least.
+    pub min: f64,
+    /// 5 % of the area is thinner.
+    pub p5: f64,
+    /// 25 % of the area is thinner.
+    pub p25: f64,
+    /// 50 % of the area is thinner.
+    pub p50: f64,
+    /// 75 % of the area is thinner.
+    pub p75: f64,
+    /// 95 % of the area is thinner.
+    pub p95: f64,
+    /// Greatest.
+    pub max: f64,
+    /// Mean over the area.
+    pub mean: f64,
 }
 
 impl Thickness {
     /// Every vertex counts with a third of the area of its triangles; none
     /// without triangles.
-    pub(crate) fn of(surface: &MidSurface) -> Option<Thickness> {
+    pub fn of(surface: &MidSurface) -> Option<Thickness> {
         let mut weights = vec![0.0; surface.vertices().len()];
         for triangle in surface.triangles() {
             let corners = triangle.corners.map(|v| v as usize);
@@ -60,8 +69,8 @@ impl Thickness {
 
 #[cfg(test)]
 mod tests {
+    use crate::surface::{Ball, MidTriangle, MidVertex, SurfaceParts, VertexKind};
     use glam::DVec3;
-    use midsurf::surface::{Ball, MidTriangle, MidVertex, SurfaceParts, VertexKind};
 
     use super::*;
 
