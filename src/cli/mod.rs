@@ -13,7 +13,9 @@ use std::process::ExitCode;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use miette::MietteHandlerOpts;
 
-use commands::{extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags, thicken};
+use commands::{
+    check, extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags, thicken,
+};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -37,6 +39,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Extract(extract::Args),
+    Check(check::Args),
     Info(info::Args),
     Subdivide(subdivide::Args),
     Tags(tags::Args),
@@ -69,6 +72,7 @@ pub fn run() -> ExitCode {
     };
     let outcome = match cli.command {
         Command::Extract(args) => extract::run(args),
+        Command::Check(args) => check::run(args),
         Command::Info(args) => info::run(args),
         Command::Subdivide(args) => subdivide::run(args),
         Command::Tags(args) => tags::run(args),

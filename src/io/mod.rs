@@ -14,6 +14,7 @@ pub use error::{Place, Problem, ReadError};
 pub use names::{FacetNames, NameSet};
 pub use read::{
     ControlMesh, LoadedMesh, LoadedSurface, MeshFormat, PlyValues, RadiusSource, ReadWarning,
-    SurfaceReadError, read_control, read_control_bytes, read_mesh, read_mesh_bytes, read_surface,
+    SurfaceReadError, read_any_surface, read_control, read_control_bytes, read_mesh,
+    read_mesh_bytes, read_surface,
 };
 pub(crate) use text::{decode, hex};

@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub(crate) mod check;
 mod closed_part;
 pub(crate) mod extract;
 mod extract_report;

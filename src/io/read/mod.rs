@@ -19,7 +19,7 @@ use sha2::{Digest, Sha256};
 
 pub use control::{ControlMesh, read_control, read_control_bytes};
 pub use loaded::{LoadedMesh, PlyValues, ReadWarning};
-pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_surface};
+pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_any_surface, read_surface};
 
 use super::error::{Located, Place, Problem, ReadError};
 use super::text::{self, hex};

@@ -6,6 +6,7 @@
 
 mod bdf;
 mod csv;
+mod fields;
 mod glb;
 mod inp;
 mod msh;
@@ -26,6 +27,7 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
+pub use fields::{Figures, stage_fields};
 pub use inp::Dialect;
 pub use painted::stage_deviation;
 pub use shell::{ShellFormat, ShellOptions, stage_shell, write_shell};
