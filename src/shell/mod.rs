@@ -320,15 +320,15 @@ fn add_middles(
     let mut normal_of: FxHashMap<[u32; 2], u32> = FxHashMap::default();
     for element in elements {
         let count = element.sides();
-        for k in 0..count {
-            let middle = middles[&side(element, k)];
+        let sides: SmallVec<[[u32; 2]; 4]> = (0..count).map(|k| side(element, k)).collect();
+        for (k, ends) in sides.iter().enumerate() {
             let (a, b) = (element.normals[k], element.normals[(k + 1) % count]);
             let normal = *normal_of.entry([a.min(b), a.max(b)]).or_insert_with(|| {
                 let [a, b] = [a, b].map(|n| normals[n as usize]);
                 normals.push((a + b).try_normalize().unwrap_or(a));
                 normals.len() as u32 - 1
             });
-            element.nodes.push(middle);
+            element.nodes.extend(middles.get(ends).copied());
             element.normals.push(normal);
         }
     }
