@@ -5,6 +5,7 @@
 //! carry a checksum of its mesh. Rules run top to bottom, the last match
 //! wins; conditions in one rule must all hold, items of one list unite.
 
+pub mod detect;
 mod error;
 mod glob;
 mod identity;
@@ -12,15 +13,18 @@ mod rule;
 mod select;
 mod text;
 mod toml;
+mod write;
 
 use std::path::Path;
 
+pub use detect::{Detection, detect};
 pub use error::{TagError, TagProblem};
 pub use identity::geometry_checksum;
+pub use write::{detected_text, detected_toml, ranges};
 
 use crate::io::{LoadedMesh, decode};
 use crate::mesh::{Bounds, FaceId, TriMesh};
-use rule::{Located, OnEmpty, TagFile};
+use rule::{Located, OnEmpty, Rest, TagFile};
 use select::Selector;
 
 /// What a tag file selects on a mesh.
@@ -32,6 +36,8 @@ pub struct Coping {
     pub rules: Vec<RuleResult>,
     /// Rules that select nothing, where the file lets them pass with a warning.
     pub warnings: Vec<String>,
+    /// What the detector found, where it was asked.
+    pub detection: Option<Detection>,
 }
 
 /// What one rule selects, whatever later rules do to it.
@@ -75,6 +81,19 @@ impl Coping {
             flags: vec![false; mesh.mesh.triangles.len()],
             rules: Vec::new(),
             warnings: Vec::new(),
+            detection: None,
+        }
+    }
+
+    /// Tags found by the program.
+    pub fn detected(mesh: &LoadedMesh) -> Coping {
+        let detection = detect(&mesh.mesh, &detect::Options::default());
+        let is_coping = |face: FaceId| detection.flags[face.index()];
+        Coping {
+            flags: detection.flags.clone(),
+            rules: vec![RuleResult::of(&mesh.mesh, is_coping, "detected", true)],
+            warnings: Vec::new(),
+            detection: Some(detection),
         }
     }
 }
@@ -131,7 +150,10 @@ pub fn read_tags_bytes(
 
 fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping, Located> {
     identity::check(&file.mesh, loaded, &mesh_file.display().to_string())?;
-    let mut coping = Coping::none(loaded);
+    let mut coping = match file.rest {
+        Rest::Wall => Coping::none(loaded),
+        Rest::Auto => Coping::detected(loaded),
+    };
     let mut selector = Selector::new(loaded);
     for rule in &file.rules {
         let mut chosen = vec![true; coping.flags.len()];

@@ -17,6 +17,7 @@ pub(super) type Located = (Span, TagProblem);
 pub(super) struct TagFile {
     pub(super) mesh: MeshCheck,
     pub(super) on_empty: OnEmpty,
+    pub(super) rest: Rest,
     pub(super) rules: Vec<Rule>,
 }
 
@@ -36,6 +37,16 @@ pub(super) enum OnEmpty {
     Error,
     Warn,
     Ignore,
+}
+
+/// What a triangle is that no rule speaks of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Rest {
+    #[default]
+    Wall,
+    /// What the detector says.
+    Auto,
 }
 
 /// Conditions that must all hold, and what then follows.

@@ -7,8 +7,8 @@ use toml::{Spanned, Value};
 
 use super::error::TagProblem;
 use super::rule::{
-    BoxMode, Condition, FacetRange, Located, MeshCheck, NameKind, OnEmpty, Rule, Span, TagFile,
-    facet_range,
+    BoxMode, Condition, FacetRange, Located, MeshCheck, NameKind, OnEmpty, Rest, Rule, Span,
+    TagFile, facet_range,
 };
 
 /// Value of `format` in every tag file.
@@ -27,6 +27,7 @@ const GROW_ANGLE: f64 = 20.0;
 struct File {
     format: Spanned<String>,
     version: Spanned<i64>,
+    rest: Option<Rest>,
     #[serde(default)]
     mesh: MeshTable,
     #[serde(default)]
@@ -57,6 +58,7 @@ struct Options {
     index_base: Option<Spanned<u64>>,
     #[serde(default)]
     on_empty: OnEmpty,
+    rest: Option<Rest>,
 }
 
 #[derive(Deserialize)]
@@ -139,6 +141,7 @@ pub(super) fn parse(text: &str) -> Result<TagFile, Located> {
             geometry: file.mesh.geometry.map(with_span),
         },
         on_empty: file.options.on_empty,
+        rest: file.rest.or(file.options.rest).unwrap_or_default(),
         rules,
     })
 }
@@ -197,19 +200,31 @@ fn items(list: Spanned<Value>) -> (Vec<Value>, Span) {
     }
 }
 
+/// Indices and ranges; a string may hold many, as a line of the text form does.
 fn facets(list: Spanned<Value>, base: u64) -> Result<Vec<FacetRange>, Located> {
     let (items, span) = items(list);
-    items
-        .into_iter()
-        .map(|item| match item {
-            Value::Integer(index) => facet_range(&index.to_string(), base, span.clone()),
-            Value::String(range) => facet_range(&range, base, span.clone()),
+    let mut ranges = Vec::new();
+    for item in items {
+        match item {
+            Value::Integer(index) => {
+                ranges.push(facet_range(&index.to_string(), base, span.clone())?);
+            }
+            Value::String(text) => {
+                for line in text.lines() {
+                    let line = line.split('#').next().unwrap_or("");
+                    let words = line.split([' ', '\t', ',']).filter(|word| !word.is_empty());
+                    for word in words {
+                        ranges.push(facet_range(word, base, span.clone())?);
+                    }
+                }
+            }
             other => {
                 let word = other.to_string();
-                Err((span.clone(), TagProblem::NotARange { word }))
+                return Err((span, TagProblem::NotARange { word }));
             }
-        })
-        .collect()
+        }
+    }
+    Ok(ranges)
 }
 
 fn names(list: Spanned<Value>) -> Result<Vec<(String, Span)>, Located> {

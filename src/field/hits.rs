@@ -40,7 +40,7 @@ pub(super) fn hits(field: &Field, from: DVec3, to: DVec3, out: &mut Vec<Hit>) {
 }
 
 /// A segment in tree units, doubled so that boxes need no halving.
-struct Segment {
+pub(super) struct Segment {
     /// Sum of the two ends.
     middle: [f32; 3],
     /// Difference of the two ends.
@@ -50,7 +50,7 @@ struct Segment {
 }
 
 impl Segment {
-    fn new(frame: Frame, from: DVec3, to: DVec3) -> Segment {
+    pub fn new(frame: Frame, from: DVec3, to: DVec3) -> Segment {
         let (a, b) = (frame.to_tree(from), frame.to_tree(to));
         let f32s = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32];
         let reach = a.abs().max(b.abs()).max_element().max(1.0);
@@ -66,7 +66,7 @@ impl Segment {
 
     /// Separating axes of segment and box, for the four boxes of one half of a
     /// node: bit set where none of the six parts them. Conservative by `pad`.
-    fn meets(&self, node: &Node, half: usize) -> u32 {
+    pub fn meets(&self, node: &Node, half: usize) -> u32 {
         let along = self.along.map(Vec4::splat);
         let steep = along.map(Vec4::abs);
         let middle =
@@ -125,7 +125,7 @@ fn volume(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
 }
 
 /// Whether the segment touches the triangle, and where first.
-fn touch(triangle: &Triangle, from: DVec3, to: DVec3) -> Option<f64> {
+pub(super) fn touch(triangle: &Triangle, from: DVec3, to: DVec3) -> Option<f64> {
     let [a, b, c] = triangle.corners;
     let (start, end) = (volume(a, b, c, from), volume(a, b, c, to));
     if start * end > 0.0 || (start > 0.0) == (end > 0.0) && start != 0.0 && end != 0.0 {

@@ -31,6 +31,7 @@ mod along;
 mod block;
 mod hits;
 mod nearest;
+mod ray;
 mod sign;
 #[cfg(test)]
 mod tests;
@@ -364,6 +365,13 @@ impl Field {
     /// first touches the triangle.
     pub fn hits(&self, from: DVec3, to: DVec3, out: &mut Vec<Hit>) {
         hits::hits(self, from, to, out);
+    }
+
+    /// The first triangle, wall or coping, that the closed segment touches; of
+    /// several at one place the lowest. The same as the first of
+    /// [`hits`](Field::hits), found sooner.
+    pub fn first_hit(&self, from: DVec3, to: DVec3) -> Option<Hit> {
+        ray::first_hit(self, from, to)
     }
 
     /// Whether the face is tagged as coping.

@@ -119,6 +119,7 @@ const COUNT_SHIFT: u32 = 27;
 
 impl Child {
     pub const EMPTY: Child = Child(u32::MAX);
+    pub const ROOT: Child = Child(0);
 
     fn node(index: usize) -> Child {
         Child(index as u32)

@@ -2,6 +2,7 @@
 
 use rayon::slice::ParallelSliceMut;
 
+use super::sets::Sets;
 use super::{FaceId, TriMesh};
 
 /// One triangle's use of one undirected edge.
@@ -120,59 +121,13 @@ impl EdgeUses {
     ///
     /// Returns the label of each of `face_count` triangles and the number of labels.
     pub fn components(&self, face_count: usize) -> (Vec<u32>, usize) {
-        let mut sets = DisjointSets::new(face_count);
+        let mut sets = Sets::new(face_count);
         for uses in self.by_edge() {
             for pair in uses.windows(2) {
                 sets.join(pair[0].face.0, pair[1].face.0);
             }
         }
         sets.labels()
-    }
-}
-
-/// Union-find whose representative is always the lowest member.
-pub(super) struct DisjointSets {
-    parent: Vec<u32>,
-}
-
-impl DisjointSets {
-    pub(super) fn new(count: usize) -> Self {
-        DisjointSets {
-            parent: (0..count as u32).collect(),
-        }
-    }
-
-    pub(super) fn find(&mut self, item: u32) -> u32 {
-        let mut root = item;
-        while self.parent[root as usize] != root {
-            root = self.parent[root as usize];
-        }
-        let mut walk = item;
-        while self.parent[walk as usize] != root {
-            walk = std::mem::replace(&mut self.parent[walk as usize], root);
-        }
-        root
-    }
-
-    pub(super) fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.parent[a.max(b) as usize] = a.min(b);
-    }
-
-    /// Consecutive labels in order of lowest member, and how many.
-    pub(super) fn labels(mut self) -> (Vec<u32>, usize) {
-        let mut labels = vec![0; self.parent.len()];
-        let mut count = 0;
-        for item in 0..self.parent.len() as u32 {
-            let root = self.find(item);
-            if root == item {
-                labels[item as usize] = count;
-                count += 1;
-            } else {
-                labels[item as usize] = labels[root as usize];
-            }
-        }
-        (labels, count as usize)
     }
 }
 

@@ -3,8 +3,9 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::edges::{DisjointSets, EdgeKind, EdgeUse, EdgeUses, kind};
+use super::edges::{EdgeKind, EdgeUse, EdgeUses, kind};
 use super::error::{EdgeReport, PartError, PartWarning};
+use super::sets::Sets;
 use super::{Bounds, FaceId, TriMesh};
 
 /// Solid angles that the shell check may sum before it gives up; about a
@@ -177,7 +178,7 @@ fn turn_stray_shells(mesh: &mut TriMesh, uses: &EdgeUses) -> Option<PartWarning>
 /// Patches joined through two-triangle edges that are closed by themselves,
 /// in order of their lowest triangle.
 fn closed_shells(mesh: &TriMesh, uses: &EdgeUses) -> Vec<Shell> {
-    let mut sets = DisjointSets::new(mesh.triangles.len());
+    let mut sets = Sets::new(mesh.triangles.len());
     for pair in uses.by_edge().filter(|uses| uses.len() == 2) {
         sets.join(pair[0].face.0, pair[1].face.0);
     }

@@ -31,4 +31,20 @@ impl Sets {
         let (a, b) = (self.find(a), self.find(b));
         self.parent[a.max(b) as usize] = a.min(b);
     }
+
+    /// Consecutive labels in order of lowest member, and how many.
+    pub(crate) fn labels(mut self) -> (Vec<u32>, usize) {
+        let mut labels = vec![0; self.parent.len()];
+        let mut count = 0;
+        for item in 0..self.parent.len() as u32 {
+            let root = self.find(item);
+            if root == item {
+                labels[item as usize] = count;
+                count += 1;
+            } else {
+                labels[item as usize] = labels[root as usize];
+            }
+        }
+        (labels, count as usize)
+    }
 }

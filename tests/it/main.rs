@@ -3,6 +3,7 @@
 mod broken_files;
 mod cli_input;
 mod common;
+mod detect;
 mod end_to_end;
 mod exactness;
 mod far;

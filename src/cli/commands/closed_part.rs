@@ -12,6 +12,7 @@ use midsurf::settings::cell::{CellSize, Scale};
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
@@ -65,7 +66,7 @@ pub(crate) fn run(
         allow_open: false,
         weld: args.weld,
     };
-    let mut input = Input::read(&args.part, None, options)?;
+    let mut input = Input::read(&args.part, &CopingSource::None, options)?;
     // Tags have no meaning here, so none are missing.
     input.warnings.retain(|warning| warning.code != "no_coping");
     let read_seconds = start.elapsed().as_secs_f64();

@@ -15,6 +15,7 @@ use midsurf::surface::listing::listing;
 
 use super::extract_report::{Report, Seconds};
 use crate::cli::shared::console::say;
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
@@ -56,9 +57,10 @@ Exit codes: 0 done, 1 done but the result has cracks, 2 wrong usage or bad input
 pub(crate) struct Args {
     /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
     pub(crate) part: PathBuf,
-    /// Coping tags: text, or TOML if the name ends in .toml
-    #[arg(long, value_name = "FILE")]
-    pub(crate) coping: Option<PathBuf>,
+    /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
+    /// find them, or `none`
+    #[arg(long, value_name = "FILE", default_value = "auto")]
+    pub(crate) coping: CopingSource,
     /// Cell size: a length, `0.5t` (wall thicknesses), `1%` (of the diagonal), or auto
     #[arg(
         long,
@@ -119,7 +121,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         allow_open: args.allow_open,
         weld: args.weld,
     };
-    let input = Input::read(&args.part, args.coping.as_deref(), options)?;
+    let input = Input::read(&args.part, &args.coping, options)?;
     let read = start.elapsed().as_secs_f64();
     if !args.run.quiet {
         progress.aside(|| print_warnings(&input.warnings));
@@ -206,11 +208,7 @@ fn describe(input: &Input) {
 /// Refuses file names that could not be written or are named twice.
 fn check_names(args: &Args) -> Result<(), Failure> {
     let mut inputs = vec![(args.part.as_path(), "part")];
-    inputs.extend(
-        args.coping
-            .iter()
-            .map(|file| (file.as_path(), "coping tags")),
-    );
+    inputs.extend(args.coping.file().map(|file| (file, "coping tags")));
     let mut files = Vec::new();
     for output in &args.output {
         files.extend(files_for(output).map_err(Failure::input)?);

@@ -9,6 +9,7 @@ use midsurf::surface::thickness::Thickness;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::detect::detection_json;
 use super::extract::Args;
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};
@@ -103,6 +104,7 @@ impl Report {
             warnings: input.warnings.iter().chain(&self.warnings).collect(),
         }
         .around(json!({
+            "coping": input.detection.as_ref().map(detection_json),
             "result": self.result(result),
             "cracks": cracks.len(),
             "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],

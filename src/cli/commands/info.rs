@@ -9,6 +9,7 @@ use midsurf::field::thickness::ThicknessProfile;
 use midsurf::mesh::{EdgeCensus, Part, PartOptions};
 use serde::Serialize;
 
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::numbers::figure;
@@ -34,9 +35,10 @@ const NAMES_SHOWN: usize = 20;
 pub(crate) struct Args {
     /// The part (.obj, .stl, .ply, .off)
     part: PathBuf,
-    /// Coping tags: text, or TOML if the name ends in .toml
-    #[arg(long, value_name = "FILE")]
-    coping: Option<PathBuf>,
+    /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
+    /// find them, or `none`
+    #[arg(long, value_name = "FILE", default_value = "auto")]
+    coping: CopingSource,
     /// Merge vertices within this distance
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive)]
     weld: Option<f64>,
@@ -102,11 +104,15 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         allow_open: true,
         weld: args.weld,
     };
-    let mut input = Input::read(&args.part, args.coping.as_deref(), options)?;
-    if args.coping.is_none() {
-        // No tags were asked for, so none are missing.
-        input.warnings.retain(|warning| warning.code != "no_coping");
-    }
+    let mut input = Input::read(&args.part, &args.coping, options)?;
+    // Where no tags were asked for none are missing; and what `info` says does
+    // not hang on single faces.
+    let asked = args.coping != CopingSource::None;
+    input.warnings.retain(|warning| match warning.code {
+        "no_coping" => asked,
+        "coping_doubt" | "coping_doubts" => false,
+        _ => true,
+    });
     let info = Info::of(&input);
     print_warnings(&info.warnings);
     let mut out = io::stdout().lock();

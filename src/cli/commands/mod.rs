@@ -2,6 +2,7 @@
 
 pub(crate) mod check;
 mod closed_part;
+pub(crate) mod detect;
 pub(crate) mod extract;
 mod extract_report;
 pub(crate) mod hollow;

@@ -16,6 +16,7 @@ use serde_json::json;
 use super::closed_part::work_json;
 use super::rethicken::{self, explain};
 use crate::cli::shared::console::say;
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
@@ -47,9 +48,10 @@ input, 4 no usable result.";
 pub(crate) struct Args {
     /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
     part: PathBuf,
-    /// Coping tags: text, or TOML if the name ends in .toml
-    #[arg(long, value_name = "FILE")]
-    coping: Option<PathBuf>,
+    /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
+    /// find them, or `none`
+    #[arg(long, value_name = "FILE", default_value = "auto")]
+    coping: CopingSource,
     /// Cell size of the extraction: a length, `0.5t` (wall thicknesses), `1%` (of the diagonal), or auto
     #[arg(
         long,
@@ -95,11 +97,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         SolidFormat::of(file).map_err(Failure::input)?;
     }
     let mut inputs = vec![(args.part.as_path(), "part")];
-    inputs.extend(
-        args.coping
-            .iter()
-            .map(|file| (file.as_path(), "coping tags")),
-    );
+    inputs.extend(args.coping.file().map(|file| (file, "coping tags")));
     let files = args.output.iter().chain(&args.solid).cloned().collect();
     args.run.check_names(&inputs, files)?;
     let start = Instant::now();
@@ -108,7 +106,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         allow_open: false,
         weld: args.weld,
     };
-    let mut input = Input::read(&args.part, args.coping.as_deref(), options)?;
+    let mut input = Input::read(&args.part, &args.coping, options)?;
     let settings = Settings {
         extract: extract::Settings {
             cell: args.cell,

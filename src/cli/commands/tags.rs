@@ -1,4 +1,4 @@
-//! `midsurf tags`: what a tag file selects.
+//! `midsurf tags`: what a tag file selects, and tags found by the program.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -10,6 +10,8 @@ use midsurf::io::write::{WriteError, stage};
 use midsurf::mesh::FaceId;
 use serde_json::json;
 
+use super::detect;
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{load, load_tags, print_warnings};
 use crate::cli::shared::numbers::figure;
@@ -19,6 +21,7 @@ const EXAMPLES: &str = "\
 Examples:
   midsurf tags bracket.obj bracket.coping.txt
   midsurf tags bracket.stl bracket.toml -o split.obj
+  midsurf tags detect bracket.stl -o bracket.coping.toml
 
 The text form of tags has one item a line: a triangle index `12` (from 0, in the
 order of the file), a range `40-57`, or `group: rim_*`, which stands for all
@@ -30,8 +33,26 @@ Exit codes: 0 done, 2 wrong usage or bad input.";
 
 /// Show what a tag file selects: count, area and box of each rule.
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(
+    after_help = EXAMPLES,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true
+)]
 pub(crate) struct Args {
+    #[command(subcommand)]
+    action: Option<Action>,
+    #[command(flatten)]
+    show: Option<ShowArgs>,
+}
+
+/// What to do with tags, besides showing them.
+#[derive(clap::Subcommand)]
+enum Action {
+    Detect(detect::Args),
+}
+
+#[derive(clap::Args)]
+struct ShowArgs {
     /// The part (.obj, .stl, .ply, .off)
     part: PathBuf,
     /// The tag file: text, or TOML if its name ends in .toml
@@ -45,11 +66,22 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    match (args.action, args.show) {
+        (Some(Action::Detect(args)), _) => detect::run(&args),
+        (None, Some(args)) => show(args),
+        (None, None) => Err(Failure::usage(
+            "a part and a tag file are needed",
+            "`midsurf tags PART TAGS`, or `midsurf tags detect PART`",
+        )),
+    }
+}
+
+fn show(args: ShowArgs) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.output {
         check_output(&args, file)?;
     }
     let (loaded, mut warnings) = load(&args.part)?;
-    let (coping, more) = load_tags(Some(&args.tags), &loaded, &args.part)?;
+    let (coping, more) = load_tags(&CopingSource::File(args.tags.clone()), &loaded, &args.part)?;
     warnings.extend(more);
     print_warnings(&warnings);
     if let Some(file) = &args.output {
@@ -80,7 +112,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn check_output(args: &Args, file: &Path) -> Result<(), Failure> {
+fn check_output(args: &ShowArgs, file: &Path) -> Result<(), Failure> {
     let is_obj = file
         .extension()
         .is_some_and(|suffix| suffix.eq_ignore_ascii_case("obj"));

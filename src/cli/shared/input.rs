@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use midsurf::coping::{Coping, RuleResult, geometry_checksum, read_tags};
+use midsurf::coping::{Coping, Detection, RuleResult, geometry_checksum, read_tags};
 use midsurf::io::{FacetNames, LoadedMesh, ReadWarning, read_mesh};
 use midsurf::mesh::{FaceId, Part, PartError, PartOptions};
 use serde::Serialize;
 
 use super::console::say;
+use super::coping::{CopingSource, detection_warnings};
 use super::failure::{Failure, place_of};
 
 /// A warning for stderr and for reports.
@@ -28,6 +29,7 @@ pub(crate) struct Input {
     /// Facet of the file that each triangle comes from.
     source: Vec<u32>,
     pub(crate) rules: Vec<RuleResult>,
+    pub(crate) detection: Option<Detection>,
     pub(crate) part: Part,
     pub(crate) warnings: Vec<Warning>,
 }
@@ -50,24 +52,25 @@ pub(crate) fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
     }
 }
 
-/// Reads a tag file for a mesh; no file means no tags.
+/// Reads a tag file for a mesh, or finds the tags.
 pub(crate) fn load_tags(
-    tags: Option<&Path>,
+    tags: &CopingSource,
     loaded: &LoadedMesh,
     mesh_file: &Path,
 ) -> Result<(Coping, Vec<Warning>), Failure> {
-    let Some(file) = tags else {
-        return Ok((Coping::none(loaded), Vec::new()));
+    let coping = match tags {
+        CopingSource::None => Coping::none(loaded),
+        CopingSource::Auto => Coping::detected(loaded),
+        CopingSource::File(file) => read_tags(file, loaded, mesh_file).map_err(Failure::input)?,
     };
-    let coping = read_tags(file, loaded, mesh_file).map_err(Failure::input)?;
-    let warnings = coping
-        .warnings
-        .iter()
-        .map(|message| Warning {
-            code: "empty_rule",
-            message: format!("{}: {message}", file.display()),
-        })
-        .collect();
+    let place = tags.file().unwrap_or(mesh_file).display();
+    let empty = coping.warnings.iter().map(|message| Warning {
+        code: "empty_rule",
+        message: format!("{place}: {message}"),
+    });
+    let found = coping.detection.as_ref();
+    let found = found.map(|detection| detection_warnings(detection, mesh_file));
+    let warnings = empty.chain(found.into_iter().flatten()).collect();
     Ok((coping, warnings))
 }
 
@@ -75,7 +78,7 @@ impl Input {
     /// Reads and checks a part with its tags.
     pub(crate) fn read(
         file: &Path,
-        tags: Option<&Path>,
+        tags: &CopingSource,
         options: PartOptions,
     ) -> Result<Input, Failure> {
         let (mut loaded, mut warnings) = load(file)?;
@@ -85,7 +88,7 @@ impl Input {
         let mesh = std::mem::take(&mut loaded.mesh);
         let flags = coping.flags;
         let (part, more) =
-            Part::new(mesh, flags, options).map_err(|error| match (&error, tags) {
+            Part::new(mesh, flags, options).map_err(|error| match (&error, tags.file()) {
                 // Those two are the tags' fault.
                 (PartError::AllCoping { .. } | PartError::NoWall { .. }, Some(tags)) => {
                     Failure::refused(tags, &error)
@@ -107,6 +110,7 @@ impl Input {
             names: loaded.names,
             source: loaded.source,
             rules: coping.rules,
+            detection: coping.detection,
             part,
             warnings,
         })

@@ -1,6 +1,7 @@
 //! What commands share: flags, numbers, input, output, and what they say.
 
 pub(crate) mod console;
+pub(crate) mod coping;
 pub(crate) mod failure;
 pub(crate) mod input;
 pub(crate) mod memory;

@@ -18,6 +18,7 @@ fn hits_miss_nothing() {
                     field.hits(from, to, &mut found);
                     assert!(found.is_sorted_by_key(|h| (h.t, h.face)));
                     assert!(found.iter().all(|h| (0.0..=1.0).contains(&h.t)));
+                    assert_eq!(field.first_hit(from, to), found.first().copied());
                     let sure: Vec<_> = (0..corners.len() as u32)
                         .filter(|&f| surely_crosses(corners[f as usize], from, to))
                         .collect();

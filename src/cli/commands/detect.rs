@@ -1,0 +1,204 @@
+//! `midsurf tags detect`: the coping faces of a part, found by the program.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use midsurf::coping::detect::{DetectedFace, Detection, Options, Question};
+use midsurf::coping::{detect, detected_text, detected_toml, ranges};
+use midsurf::io::LoadedMesh;
+use midsurf::io::write::stage;
+use serde_json::{Value, json};
+
+use crate::cli::shared::failure::Failure;
+use crate::cli::shared::input::{load, print_warnings};
+use crate::cli::shared::numbers::figure;
+use crate::cli::shared::run::check_names;
+
+const EXAMPLES: &str = "\
+Examples:
+  midsurf tags detect bracket.stl -o bracket.coping.toml
+  midsurf tags detect bracket.stl -o bracket.coping.txt --json faces.json
+  midsurf tags detect bracket.stl --list
+
+Writes an ordinary tag file, to read, edit and give to --coping: TOML if the
+name ends in .toml, else ranges of triangles. What is not sure is asked about,
+gravest first; --coping with `rest = \"auto\"` in a TOML file answers single
+questions and leaves the rest to the program.
+
+Exit codes: 0 done, 2 wrong usage or bad input.";
+
+/// Find the coping faces of a part.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// The part (.obj, .stl, .ply, .off)
+    part: PathBuf,
+    /// Tag file to write: TOML if the name ends in .toml, else text
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// About how many points of the surface to look at
+    #[arg(long, value_name = "N", default_value_t = Options::default().samples as u32,
+          value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    samples: u32,
+    /// Print every face, not only those in doubt
+    #[arg(long)]
+    list: bool,
+    /// Write all faces, scores and reasons as JSON; `-` for stdout
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let json_file = args.json.iter().filter(|file| *file != Path::new("-"));
+    let outputs = args.output.iter().map(|file| (file.clone(), "tags"));
+    let outputs = outputs.chain(json_file.clone().map(|file| (file.clone(), "report")));
+    check_names(&[(&*args.part, "part")], outputs)?;
+    let (loaded, warnings) = load(&args.part)?;
+    print_warnings(&warnings);
+    let options = Options {
+        samples: args.samples as usize,
+    };
+    let detection = detect(&loaded.mesh, &options);
+    let report = as_json(args, &loaded, &detection);
+
+    let mut staged = Vec::new();
+    if let Some(file) = &args.output {
+        let is_toml = file
+            .extension()
+            .is_some_and(|suffix| suffix.eq_ignore_ascii_case("toml"));
+        let text = if is_toml {
+            detected_toml(&detection, &loaded)
+        } else {
+            detected_text(&detection, &loaded)
+        };
+        staged.push(stage(file, |out| out.write_all(text.as_bytes())).map_err(Failure::output)?);
+    }
+    for file in json_file {
+        let write = |out: &mut dyn Write| writeln!(out, "{report:#}");
+        staged.push(stage(file, write).map_err(Failure::output)?);
+    }
+    for file in staged {
+        file.commit().map_err(Failure::output)?;
+    }
+    let mut out = io::stdout().lock();
+    if args.json.as_deref() == Some(Path::new("-")) {
+        writeln!(out, "{report:#}")?;
+    } else {
+        print(&detection, args.list, &mut out)?;
+    }
+    out.flush()?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The summary for people: totals, questions, on demand all faces.
+fn print(detection: &Detection, list: bool, out: &mut impl Write) -> io::Result<()> {
+    let area = |coping: bool| -> f64 {
+        let faces = detection.faces.iter().filter(|face| face.coping == coping);
+        faces.map(|face| face.area).sum()
+    };
+    let coping = detection.faces.iter().filter(|face| face.coping).count();
+    writeln!(
+        out,
+        "faces        {}, {coping} of them coping",
+        detection.faces.len()
+    )?;
+    writeln!(
+        out,
+        "coping       {} triangles, area {} of {}",
+        detection.flags.iter().filter(|&&flag| flag).count(),
+        figure(area(true)),
+        figure(area(true) + area(false))
+    )?;
+    writeln!(
+        out,
+        "thin wall    {:.0} % of the surface",
+        100.0 * detection.thin_share
+    )?;
+    if let Some(words) = detection.verdict().text() {
+        writeln!(out, "note         {words}")?;
+    }
+    let questions = detection.questions();
+    if questions.is_empty() {
+        writeln!(out, "questions    none")?;
+    }
+    for (number, question) in questions.iter().enumerate() {
+        writeln!(
+            out,
+            "question {:<3} {}",
+            number + 1,
+            question.text(detection)
+        )?;
+        let first = &detection.faces[question.faces[0]];
+        writeln!(out, "             triangles {}", shown(&first.triangles))?;
+    }
+    if list {
+        for face in &detection.faces {
+            let taken = if face.coping { "coping" } else { "wall" };
+            writeln!(out, "face {:<7} {taken:<6} {}", face.number, face.summary())?;
+        }
+    }
+    Ok(())
+}
+
+/// The first ranges of a list of triangles.
+fn shown(triangles: &[u32]) -> String {
+    const RANGES_SHOWN: usize = 8;
+    let ranges = ranges(triangles);
+    let more = if ranges.len() > RANGES_SHOWN {
+        ", …"
+    } else {
+        ""
+    };
+    let first: Vec<_> = ranges.into_iter().take(RANGES_SHOWN).collect();
+    format!("{}{more}", first.join(", "))
+}
+
+fn as_json(args: &Args, loaded: &LoadedMesh, detection: &Detection) -> Value {
+    let questions = detection.questions();
+    json!({
+        "schema": 1,
+        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": "tags detect" },
+        "input": { "part": args.part, "sha256": loaded.sha256, "triangles": loaded.mesh.triangles.len() },
+        "settings": { "samples": args.samples },
+        "result": detection_json(detection),
+        "questions": questions.iter().map(|q| question_json(q, detection)).collect::<Vec<_>>(),
+    })
+}
+
+/// What the reports of other commands say of a detection, too.
+pub(crate) fn detection_json(detection: &Detection) -> Value {
+    json!({
+        "verdict": detection.verdict(),
+        "thin_share": detection.thin_share,
+        "samples": detection.samples,
+        "faces": detection.faces.iter().map(face_json).collect::<Vec<_>>(),
+    })
+}
+
+fn face_json(face: &DetectedFace) -> Value {
+    json!({
+        "face": face.number,
+        "coping": face.coping,
+        "score": face.score,
+        "by_neighbours": face.by_neighbours,
+        "doubt": face.doubt,
+        "reasons": face.reasons,
+        "kind": face.kind,
+        "area": face.area,
+        "thickness": face.thickness,
+        "min": face.bounds.min,
+        "max": face.bounds.max,
+        "triangles": ranges(&face.triangles),
+    })
+}
+
+fn question_json(question: &Question, detection: &Detection) -> Value {
+    json!({
+        "faces": question.faces,
+        "coping": question.coping,
+        "doubt": question.doubt,
+        "reasons": question.reasons,
+        "text": question.text(detection),
+    })
+}

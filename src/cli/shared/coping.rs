@@ -1,0 +1,90 @@
+//! Where coping tags come from, and what to say of those that were detected.
+
+use std::convert::Infallible;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use midsurf::coping::detect::{Detection, Verdict};
+use serde::{Serialize, Serializer};
+
+use super::input::Warning;
+
+/// Questions that a command lists before the list is cut short.
+const QUESTIONS_SHOWN: usize = 5;
+
+/// Where coping tags come from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum CopingSource {
+    /// The program finds them.
+    Auto,
+    /// Every triangle is wall.
+    None,
+    /// A tag file.
+    File(PathBuf),
+}
+
+impl CopingSource {
+    /// The tag file, if there is one.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        match self {
+            CopingSource::File(file) => Some(file),
+            CopingSource::Auto | CopingSource::None => None,
+        }
+    }
+}
+
+impl FromStr for CopingSource {
+    type Err = Infallible;
+
+    fn from_str(text: &str) -> Result<CopingSource, Infallible> {
+        Ok(match text {
+            "auto" => CopingSource::Auto,
+            "none" => CopingSource::None,
+            file => CopingSource::File(file.into()),
+        })
+    }
+}
+
+impl Serialize for CopingSource {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            CopingSource::Auto => serializer.serialize_str("auto"),
+            CopingSource::None => serializer.serialize_str("none"),
+            CopingSource::File(file) => file.serialize(serializer),
+        }
+    }
+}
+
+/// What a detection leaves to say: about the part as a whole, and doubts.
+pub(crate) fn detection_warnings(detection: &Detection, part: &Path) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let part = part.display();
+    if let Some(words) = detection.verdict().text() {
+        let code = match detection.verdict() {
+            Verdict::ClosedShell => "closed_shell",
+            Verdict::LittleThinWall => "little_thin_wall",
+            Verdict::NoThinWall => "no_thin_wall",
+            Verdict::Open => "open_detection",
+            Verdict::Tagged => "tagged",
+        };
+        let message = format!("{part}: {words}");
+        warnings.push(Warning { code, message });
+    }
+    let questions = detection.questions();
+    for question in questions.iter().take(QUESTIONS_SHOWN) {
+        warnings.push(Warning {
+            code: "coping_doubt",
+            message: format!("{part}: {}", question.text(detection)),
+        });
+    }
+    if questions.len() > QUESTIONS_SHOWN {
+        warnings.push(Warning {
+            code: "coping_doubts",
+            message: format!(
+                "{part}: {} more questions; `midsurf tags detect` lists them",
+                questions.len() - QUESTIONS_SHOWN
+            ),
+        });
+    }
+    warnings
+}

@@ -1,0 +1,227 @@
+//! Coping found by the program, against the tags that people gave.
+
+use std::f64::consts::FRAC_PI_3;
+
+use glam::{DQuat, DVec3};
+use midsurf::coping::detect;
+use midsurf::coping::detect::{Options, Verdict};
+use midsurf::mesh::TriMesh;
+
+use crate::common::{Desk, cuboid, fixture, fixture_part, inverted, join, obj_text, text};
+
+/// Parts made from a drawing: every face is known.
+const GENERATED: [&str; 24] = [
+    "boss_gussets",
+    "box_divider",
+    "box_tube",
+    "bracket",
+    "cross",
+    "cylinder_shell",
+    "ell",
+    "ell_bend",
+    "enclosure",
+    "hemisphere_shell",
+    "ibeam",
+    "open_box",
+    "plate",
+    "plate_holes",
+    "plate_round_edge",
+    "plate_tapered",
+    "rib_grid",
+    "slanted_45",
+    "tee",
+    "tee_filleted",
+    "tee_rotated",
+    "tee_thick_web",
+    "tee_thin_web",
+    "wavy_rib",
+];
+
+fn found(mesh: &TriMesh) -> Vec<bool> {
+    detect(mesh, &Options::default()).flags
+}
+
+/// Recall and precision by area.
+fn quality(mesh: &TriMesh, found: &[bool], truth: &[bool]) -> (f64, f64) {
+    let area = |wanted: &dyn Fn(usize) -> bool| -> f64 {
+        mesh.faces()
+            .filter(|face| wanted(face.index()))
+            .map(|face| mesh.triangle_area(face))
+            .sum()
+    };
+    let both = area(&|i| found[i] && truth[i]);
+    (both / area(&|i| truth[i]), both / area(&|i| found[i]))
+}
+
+#[test]
+fn generated_parts_are_tagged_as_drawn() {
+    for name in GENERATED {
+        let (mesh, truth) = fixture_part(name);
+        assert_eq!(found(&mesh), truth, "{name}");
+    }
+}
+
+#[test]
+fn a_real_case_is_tagged_nearly_as_people_did() {
+    let (mesh, truth) = fixture_part("sensor_case");
+    let (recall, precision) = quality(&mesh, &found(&mesh), &truth);
+    assert!(recall >= 0.98 && precision >= 0.98, "{recall} {precision}");
+}
+
+#[test]
+fn turning_scale_and_order_change_no_tag() {
+    for name in ["tee_filleted", "plate_holes", "sensor_case", "open_box"] {
+        let (mesh, _) = fixture_part(name);
+        let expected = found(&mesh);
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), FRAC_PI_3);
+        for scale in [1.0, 1e-3, 1e4] {
+            let mut moved = mesh.clone();
+            for p in &mut moved.positions {
+                *p = scale * (turn * *p + DVec3::new(3.0, -7.0, 11.0));
+            }
+            assert_eq!(found(&moved), expected, "{name} at {scale}");
+        }
+        assert_eq!(found(&inverted(&mesh)), expected, "{name} inside out");
+        // Every seventh triangle in turn, each begun at another corner.
+        let count = mesh.triangles.len();
+        let order: Vec<usize> = (0..7).flat_map(|k| (k..count).step_by(7)).collect();
+        let mut shuffled = mesh.clone();
+        for (new, &old) in order.iter().enumerate() {
+            shuffled.triangles[new] = mesh.triangles[old];
+            shuffled.triangles[new].rotate_left(new % 3);
+        }
+        let reordered: Vec<bool> = order.iter().map(|&old| expected[old]).collect();
+        assert_eq!(found(&shuffled), reordered, "{name} in another order");
+    }
+}
+
+/// Each triangle as four, by the middles of its edges, unwelded.
+fn refined(mesh: &TriMesh) -> TriMesh {
+    let mut fine = TriMesh::default();
+    for face in mesh.faces() {
+        let [a, b, c] = mesh.corners(face);
+        let (ab, bc, ca) = (0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a));
+        for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+            let first = fine.positions.len() as u32;
+            fine.positions.extend(corners);
+            fine.triangles.push([first, first + 1, first + 2]);
+        }
+    }
+    fine
+}
+
+#[test]
+fn refinement_changes_no_tag() {
+    for name in ["tee", "box_divider", "plate_holes", "rib_grid"] {
+        let (mut mesh, mut expected) = fixture_part(name);
+        for _ in 0..2 {
+            mesh = refined(&mesh);
+            expected = expected.iter().flat_map(|&flag| [flag; 4]).collect();
+            assert_eq!(found(&mesh), expected, "{name}");
+        }
+    }
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let (mesh, _) = fixture_part("enclosure");
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap().install(|| detect(&mesh, &Options::default()))
+    };
+    let one = on(1);
+    assert_eq!(one, on(2));
+    assert_eq!(one, on(7));
+}
+
+#[test]
+fn what_has_no_thin_wall_is_said_in_words() {
+    let size = |x, y, z| cuboid(DVec3::ZERO, DVec3::new(x, y, z));
+    for (what, mesh) in [
+        ("cube", size(10.0, 10.0, 10.0)),
+        ("bar", size(4.0, 4.0, 60.0)),
+    ] {
+        let detection = detect(&mesh, &Options::default());
+        assert!(detection.flags.iter().all(|&flag| !flag), "{what}");
+        assert_eq!(detection.verdict(), Verdict::NoThinWall, "{what}");
+    }
+    // A closed box: no wall ends anywhere.
+    let inner = cuboid(DVec3::splat(2.0), DVec3::new(36.0, 26.0, 16.0));
+    let hollow = join(&size(40.0, 30.0, 20.0), &inverted(&inner));
+    let detection = detect(&hollow, &Options::default());
+    assert!(detection.flags.iter().all(|&flag| !flag));
+    assert_eq!(detection.verdict(), Verdict::ClosedShell);
+
+    let mut open = size(40.0, 30.0, 2.0);
+    open.triangles.pop();
+    assert_eq!(detect(&open, &Options::default()).verdict(), Verdict::Open);
+}
+
+#[test]
+fn meshes_of_nothing_and_of_no_numbers_are_survived() {
+    let empty = TriMesh::default();
+    assert!(detect(&empty, &Options::default()).flags.is_empty());
+    let point = TriMesh {
+        positions: vec![DVec3::ONE; 3],
+        triangles: vec![[0, 1, 2]],
+    };
+    assert_eq!(found(&point), [false]);
+    let mut odd = cuboid(DVec3::ZERO, DVec3::ONE);
+    odd.positions[3].x = f64::NAN;
+    assert_eq!(found(&odd), [false; 12]);
+}
+
+#[test]
+fn detected_tags_are_an_ordinary_file() {
+    let desk = Desk::new();
+    let part = fixture("tee.obj");
+    let part = part.to_str().unwrap();
+    for file in ["tags.toml", "tags.txt"] {
+        let output = desk.run(&["tags", "detect", part, "-o", file]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        assert!(text(&output.stdout).contains("10, 5 of them coping"));
+        let shown = text(&desk.run(&["tags", part, file]).stdout);
+        let total = shown.lines().find(|line| line.starts_with("all coping"));
+        assert!(total.is_some_and(|line| line.contains(" 18 ")), "{shown}");
+    }
+}
+
+#[test]
+fn a_part_without_tags_is_extracted_with_detected_ones() {
+    let desk = Desk::new();
+    let part = fixture("tee.obj");
+    let tags = fixture("tee.coping.txt");
+    let part = part.to_str().unwrap();
+    let list = |more: &[&str]| {
+        let output = desk.run(&[&["extract", part, "--list", "-q"], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let expected = list(&["--coping", tags.to_str().unwrap()]);
+    assert_eq!(list(&[]), expected);
+    assert_eq!(list(&["--coping", "auto"]), expected);
+    assert_ne!(list(&["--coping", "none"]), expected);
+    let output = desk.run(&["extract", part, "--json", "-"]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["coping"]["verdict"], "tagged");
+    assert_eq!(report["coping"]["faces"].as_array().unwrap().len(), 10);
+}
+
+#[test]
+fn rules_answer_and_the_program_does_the_rest() {
+    let desk = Desk::new();
+    let (mesh, truth) = fixture_part("tee");
+    let part = desk.put("tee.obj", obj_text(&mesh));
+    let first = truth.iter().position(|&flag| flag).unwrap();
+    let tags = format!(
+        "format = \"coping-tags\"\nversion = 1\nrest = \"auto\"\n[[wall]]\ntriangles = \"{first} # no rim\"\n"
+    );
+    desk.put("tags.toml", tags);
+    let shown = text(
+        &desk
+            .run(&["tags", part.to_str().unwrap(), "tags.toml"])
+            .stdout,
+    );
+    let total = shown.lines().find(|line| line.starts_with("all coping"));
+    assert!(total.is_some_and(|line| line.contains(" 17 ")), "{shown}");
+}
