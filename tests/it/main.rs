@@ -14,6 +14,7 @@ mod readers;
 mod readme;
 mod reports;
 mod rethicken;
+mod shell;
 mod snapshots;
 mod subdivide;
 mod tags;
