@@ -114,7 +114,28 @@ def set_of(face):
     return "COPING_" + face.upper().removeprefix("COPING_")
 
 
-def solve(case, deck, folder, rotation, timeout):
+def draw(path, nodes, elements, moved, largest=0.15):
+    """The deformed shell, coloured by deflection; largest: share of the box's diagonal that it is drawn with."""
+    import pyvista
+    number = {n: i for i, n in enumerate(nodes)}
+    points = np.array(list(nodes.values()))
+    shift = np.array([moved.get(n, np.zeros(3)) for n in nodes])
+    size = np.linalg.norm(shift, axis=1)
+    scale = largest * np.linalg.norm(np.ptp(points, axis=0)) / size.max()
+    faces = []
+    for _, *con in elements:
+        sides = 3 if len(con) in (3, 6) else 4
+        faces += [sides] + [number[n] for n in con[:sides]]
+    mesh = pyvista.PolyData(points + scale * shift, faces)
+    mesh["deflection, mm"] = size
+    plotter = pyvista.Plotter(off_screen=True, window_size=(1400, 800))
+    plotter.add_mesh(mesh, scalars="deflection, mm", show_edges=True, line_width=0.5, cmap="viridis")
+    plotter.add_mesh(pyvista.PolyData(points, faces), style="wireframe", color="grey", opacity=0.15)
+    plotter.camera_position = "iso"
+    plotter.screenshot(path)
+
+
+def solve(case, deck, folder, rotation, timeout, picture=None):
     """Figures of one deck: deflection by load, first frequency, or what went wrong."""
     nodes, elements, sets, thickness = read_deck(deck)
     job = "solve"
@@ -132,7 +153,7 @@ def solve(case, deck, folder, rotation, timeout):
             for n, f in forces[-1].items():
                 for k in range(3):
                     out.write(f"{n}, {k + 1}, {f[k]:.12e}\n")
-            out.write(f"*NODE PRINT, NSET={set_of(face)}\nU\n*END STEP\n")
+            out.write(f"*NODE PRINT, NSET={'NALL' if picture else set_of(face)}\nU\n*END STEP\n")
         out.write("*STEP\n*FREQUENCY\n2\n*END STEP\n")
     errors, seconds = run_ccx(folder, job, timeout)
     blocks, frequencies = read_results(f"{folder}/{job}.dat", len(forces))
@@ -143,6 +164,8 @@ def solve(case, deck, folder, rotation, timeout):
             result[name] = float(sum(f @ moved[n] for n, f in force.items()) / total)
     if frequencies:
         result["f1"] = frequencies[0]
+    if picture and blocks:
+        draw(picture, nodes, elements, blocks[0])
     return result
 
 
@@ -155,6 +178,7 @@ def main():
     ap.add_argument("--turned", choices=["no", "yes", "both"], default="both")
     ap.add_argument("--json")
     ap.add_argument("--keep", help="keep all files in this folder")
+    ap.add_argument("--picture", help="draw the deformed shell of the last case here (.png; needs pyvista)")
     ap.add_argument("--timeout", type=float, default=900)
     a = ap.parse_args()
     work = a.keep or tempfile.mkdtemp(prefix="midsurf_cae_")
@@ -177,7 +201,7 @@ def main():
                 continue
             model = json.load(open(f"{folder}/extract.json"))["shell"]
             rotation = turn()[0] if turned else np.eye(3)
-            r = solve(case, f"{folder}/model.inp", folder, rotation, a.timeout)
+            r = solve(case, f"{folder}/model.inp", folder, rotation, a.timeout, a.picture)
             r.update(case=label, leaning=model["leaning_elements"])
             report.append(r)
             for figure, solid in SOLID.get(name, {}).items():

@@ -12,6 +12,7 @@ use midsurf::surface::MidSurface;
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
+use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::numbers::{figure, positive};
@@ -51,9 +52,9 @@ pub(crate) struct Args {
     part: PathBuf,
     /// The mid-surface
     model: PathBuf,
-    /// Coping tags of the part: text, or TOML if the name ends in .toml
-    #[arg(long, value_name = "FILE")]
-    coping: Option<PathBuf>,
+    /// Coping tags of the part: a file (text, or TOML if the name ends in .toml), `auto` to find them, or `none`
+    #[arg(long, value_name = "FILE", default_value = "auto")]
+    coping: CopingSource,
     /// Greatest deviation that passes, as a share of the wall's thickness
     #[arg(long, value_name = "SHARE", default_value_t = Limits::default().tolerance, value_parser = positive, allow_negative_numbers = true)]
     tolerance: f64,
@@ -90,16 +91,12 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         (args.part.as_path(), "part"),
         (args.model.as_path(), "model"),
     ];
-    inputs.extend(
-        args.coping
-            .iter()
-            .map(|file| (file.as_path(), "coping tags")),
-    );
+    inputs.extend(args.coping.file().map(|file| (file, "coping tags")));
     args.run
         .check_names(&inputs, args.output.iter().cloned().collect())?;
     let start = Instant::now();
     let progress = args.run.start();
-    let input = Input::read(&args.part, args.coping.as_deref(), PartOptions::default())?;
+    let input = Input::read(&args.part, &args.coping, PartOptions::default())?;
     let (surface, with_thickness) = read_any_surface(&args.model).map_err(Failure::input)?;
     belongs(&args, &input, &surface)?;
     progress.show("checking", 0, 0);
@@ -125,7 +122,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         input: json!({
             "part": input.file,
             "sha256": input.sha256,
-            "coping": args.coping,
+            "coping": args.coping.file(),
             "model": args.model,
             "vertices": surface.vertices().len(),
             "triangles": surface.triangles().len(),
