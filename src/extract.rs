@@ -8,7 +8,6 @@ use thiserror::Error;
 
 use crate::check::closed_over::{ClosedOver, closed_over};
 use crate::field::Field;
-use crate::field::thickness::ThicknessProfile;
 use crate::lattice::Lattice;
 use crate::mesh::{Frame, Part};
 use crate::reshape::clean;
@@ -20,6 +19,7 @@ use crate::surface::build::build;
 use crate::surface::graph::SheetGraph;
 use crate::trace::feet;
 use crate::trace::walk::{Counts, Tracer};
+use crate::walls::thickness::ThicknessProfile;
 use crate::walls::{Separation, Walls};
 
 /// What to extract and how finely.
@@ -203,9 +203,14 @@ fn cell_size(
     })
 }
 
-/// Places the lattice, after an estimate of what it will take: the mid-surface
-/// has about half the area of the walls, and crosses some 1.6 cells for each
-/// face of a cell that it covers.
+/// Cells that the mid-surface of a part will cross, about: it has half the area
+/// of the walls, and crosses some 1.6 cells for each face of a cell that it covers.
+pub fn expected_cells(part: &Part, thickness: f64, cell: f64) -> f64 {
+    let area = (part.volume().abs() / thickness).min(part.area()).max(0.0);
+    1.6 * area / (cell * cell)
+}
+
+/// Places the lattice, after an estimate of what it will take.
 fn lattice(
     part: &Part,
     field: &Field,
@@ -214,15 +219,15 @@ fn lattice(
     settings: &Settings,
 ) -> Result<Lattice, ExtractError> {
     let thickness = profile.percentile(50.0).unwrap_or(part.bounds().diagonal());
-    let area = (part.volume().abs() / thickness).min(part.area()).max(0.0);
-    let cells = 1.6 * area / (cell * cell);
+    let cells = expected_cells(part, thickness, cell);
     let bytes = cells * BYTES_PER_CELL;
     let (low, high) = field.bounds();
     let fits = bytes <= settings.memory_limit as f64;
     match Lattice::covering(low, high, cell).filter(|_| fits) {
         Some(lattice) => Ok(lattice),
         None => {
-            let by_memory = (1.6 * area * BYTES_PER_CELL / settings.memory_limit as f64).sqrt();
+            // Cells go with the inverse square of their size.
+            let by_memory = cell * (bytes / settings.memory_limit as f64).sqrt();
             let by_keys =
                 (high - low).max_element() / (crate::lattice::MAX_CELLS_PER_AXIS as f64 - 8.0);
             Err(ExtractError::TooFine(TooFine {

@@ -30,6 +30,7 @@
 //! * [`roundtrip`]: part to mid-surface to solid, and how far that is off.
 //! * [`shell`]: the mid-surface as a model that solvers take.
 //! * [`subdivide`]: hollow solids from Catmull-Clark control meshes.
+//! * `view`, a feature: a page in the browser to look, tag and extract.
 //! * [`settings`]: what all of these are told, and how they tell where they are
 //!   and refuse what would not fit.
 
@@ -55,6 +56,8 @@ pub mod subdivide;
 pub mod surface;
 pub mod thicken;
 pub mod trace;
+#[cfg(feature = "view")]
+pub mod view;
 pub mod walls;
 
 pub use extract::{ExtractError, Extraction, Settings, extract};

@@ -54,6 +54,10 @@ const FOLD: f64 = 150.0;
 /// meant to be joined to them.
 const MEANT: f64 = 0.05;
 
+/// Points nearer to a coping face than this share of their distance from the
+/// walls are measured from inside it.
+const STEP: f64 = 1e-3;
+
 /// All measures of a surface.
 #[derive(Clone, Debug)]
 pub struct Check {
@@ -88,7 +92,7 @@ impl Check {
 #[derive(Clone, Copy)]
 struct Probe {
     at: DVec3,
-    /// Positive inside the part.
+    /// Positive inside the part, as the point was given.
     clearance: f64,
     foot: Footpoint,
     /// The ball through that foot.
@@ -223,10 +227,18 @@ impl<'c> Checker<'c> {
     }
 
     fn probe(&self, at: DVec3, hits: &mut Vec<Hit>) -> Probe {
-        let foot = self.field.footpoint(at);
         let clearance = self.field.signed_clearance(at);
+        let mut at = at;
+        let mut foot = self.field.footpoint(at);
+        // On a coping face feet and rays run along edges of the walls, where
+        // rounding decides what they meet: step inside.
+        let step = STEP * foot.distance;
+        if let Some(cope) = self.field.nearest_coping(at, step) {
+            at -= 2.0 * step * self.field.normal(cope.face);
+            foot = self.field.footpoint(at);
+        }
         let away = at - foot.point;
-        let inward = match clearance > 0.0 && foot.distance > 0.0 {
+        let inward = match self.field.inside(at) && foot.distance > 0.0 {
             true => away / foot.distance,
             false => -self.field.normal(foot.face),
         };

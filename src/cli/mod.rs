@@ -11,11 +11,17 @@ use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use midsurf::io::limit_input;
+use midsurf::io::write::abandon;
 use miette::MietteHandlerOpts;
+use shared::memory::Bytes;
 
 use commands::{
     check, extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags, thicken,
 };
+
+/// Exit code after SIGINT or SIGTERM, or Ctrl-C.
+const INTERRUPTED: i32 = 130;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -32,6 +38,15 @@ Errors and progress go to stderr, data to stdout. NO_COLOR is respected.";
 #[derive(Parser)]
 #[command(name = "midsurf", version, after_help = EXIT_CODES)]
 struct Cli {
+    /// Read no file of more bytes than this
+    #[arg(
+        long,
+        global = true,
+        value_name = "SIZE",
+        default_value = "8G",
+        allow_negative_numbers = true
+    )]
+    max_input: Bytes,
     #[command(subcommand)]
     command: Command,
 }
@@ -48,6 +63,8 @@ enum Command {
     Thicken(thicken::Args),
     Rethicken(rethicken::Args),
     Roundtrip(roundtrip::Args),
+    #[cfg(feature = "view")]
+    View(commands::view::Args),
 }
 
 /// Parses the command line, runs the command, reports what went wrong.
@@ -62,6 +79,8 @@ pub fn run() -> ExitCode {
                 .build(),
         )
     }));
+    // Fails only if a handler was set before.
+    let _ = ctrlc::set_handler(|| abandon(|| std::process::exit(INTERRUPTED)));
     let parsed = Cli::command().try_get_matches().and_then(|matches| {
         let cli = Cli::from_arg_matches(&matches)?;
         Ok((cli, flags(&matches)))
@@ -70,6 +89,7 @@ pub fn run() -> ExitCode {
         Ok(parsed) => parsed,
         Err(error) => error.exit(),
     };
+    limit_input(cli.max_input.0);
     let outcome = match cli.command {
         Command::Extract(args) => extract::run(args),
         Command::Check(args) => check::run(args),
@@ -81,6 +101,8 @@ pub fn run() -> ExitCode {
         Command::Thicken(args) => thicken::run(args),
         Command::Rethicken(args) => rethicken::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
+        #[cfg(feature = "view")]
+        Command::View(args) => commands::view::run(args),
     };
     match outcome {
         Ok(code) => code,
@@ -101,6 +123,8 @@ fn flags(matches: &ArgMatches) -> Vec<String> {
             None => break,
         }
     }
-    let names = command.get_arguments().filter_map(|flag| flag.get_long());
+    let whole = Cli::command();
+    let all = whole.get_arguments().chain(command.get_arguments());
+    let names = all.filter_map(|flag| flag.get_long());
     names.map(str::to_owned).collect()
 }

@@ -1,27 +1,39 @@
 //! Why a tag file could not be used: where, what, and what to do.
 
 use std::fmt;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
+use miette::{Diagnostic, LabeledSpan, SourceCode};
 use thiserror::Error;
 
-use super::rule::{Located, Span};
+use super::excerpt::Excerpt;
+use crate::io::Problem;
+use crate::io::quote::{bounded, quoted, shown, shown_path};
+
+/// Bytes of the tag file's text.
+pub(super) type Span = Range<usize>;
+
+/// A problem and the text it is about.
+pub(super) type Located = (Span, TagProblem);
 
 /// What is wrong with a tag file, or between it and the mesh.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum TagProblem {
-    /// The system refused.
-    #[error("cannot be read: {0}")]
-    #[diagnostic(help("check the path, the spelling of the name and the permissions"))]
-    Io(#[source] std::io::Error),
+    /// The file as such.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Unread(Problem),
     /// The grammar is broken.
-    #[error("{0}")]
+    #[error("{}", bounded(.0))]
     #[diagnostic(help("correct the file at this place"))]
     Syntax(String),
     /// A statement of the text form that is none.
-    #[error("{word:?} is no tag: expected a triangle index, a range a-b, or `group: NAME`")]
+    #[error(
+        "{} is no tag: expected a triangle index, a range a-b, or `group: NAME`",
+        quoted(word)
+    )]
     #[diagnostic(help("write `12`, `40-57` or `group: rim_*`; `#` starts a comment"))]
     NotATag {
         /// What stands there.
@@ -32,7 +44,7 @@ pub enum TagProblem {
     #[diagnostic(help("rename the file to end in .toml"))]
     TomlInText,
     /// No index and no range.
-    #[error("{word:?} is no triangle index or range")]
+    #[error("{} is no triangle index or range", quoted(word))]
     #[diagnostic(help("write `12`, `40-57`, or `40-57:2` for every second"))]
     NotARange {
         /// What stands there.
@@ -66,18 +78,21 @@ pub enum TagProblem {
         facets: usize,
     },
     /// A value that makes no sense.
-    #[error("{0}")]
+    #[error("{}", bounded(.0))]
     #[diagnostic(help("correct the value"))]
     BadValue(String),
     /// A rule without a condition.
-    #[error("the rule {rule:?} has no condition, so it would select everything")]
+    #[error(
+        "the rule {} has no condition, so it would select everything",
+        quoted(rule)
+    )]
     #[diagnostic(help("add `triangles`, `group`, `object`, `material`, `plane`, `box` or `near`"))]
     NoCondition {
         /// The rule.
         rule: String,
     },
     /// A rule that selects nothing.
-    #[error("the rule {rule:?} selects no triangle")]
+    #[error("the rule {} selects no triangle", quoted(rule))]
     #[diagnostic(help(
         "check its conditions with `midsurf tags PART TAGS`, or set on_empty = \"warn\" under [options]"
     ))]
@@ -86,7 +101,7 @@ pub enum TagProblem {
         rule: String,
     },
     /// A pattern that no name fits.
-    #[error("no {kind} name of the mesh fits {pattern:?}{known}")]
+    #[error("no {kind} name of the mesh fits {}{known}", quoted(pattern))]
     #[diagnostic(help("`midsurf info PART` lists the names of a mesh"))]
     NoSuchName {
         /// Kind of name.
@@ -98,7 +113,8 @@ pub enum TagProblem {
     },
     /// A flood fill that ran away.
     #[error(
-        "the flood fill of the rule {rule:?} passed its largest area {max_area}: it reached {area:.6} with {triangles} triangles"
+        "the flood fill of the rule {} passed its largest area {max_area}: it reached {area:.6} with {triangles} triangles",
+        quoted(rule)
     )]
     #[diagnostic(help(
         "lower grow_angle so that it stops at the edge of the face, or raise max_area"
@@ -114,7 +130,11 @@ pub enum TagProblem {
         triangles: usize,
     },
     /// The tags belong to another mesh.
-    #[error("these tags are for another mesh: {what} should be {expected}, but {mesh} has {found}")]
+    #[error(
+        "these tags are for another mesh: {what} should be {}, but {} has {found}",
+        shown(expected),
+        shown(mesh)
+    )]
     #[diagnostic(help(
         "use the mesh that the tags were made for, or check the tags against this one and update [mesh]"
     ))]
@@ -137,30 +157,24 @@ pub struct TagError(Box<Inner>);
 #[derive(Debug)]
 struct Inner {
     file: PathBuf,
-    line: Option<u64>,
     problem: TagProblem,
-    source: Option<(NamedSource<String>, SourceSpan)>,
+    excerpt: Option<Excerpt>,
 }
 
 impl TagError {
     pub(super) fn whole(file: &Path, problem: TagProblem) -> TagError {
         TagError(Box::new(Inner {
             file: file.to_owned(),
-            line: None,
             problem,
-            source: None,
+            excerpt: None,
         }))
     }
 
     pub(super) fn at(file: &Path, text: &str, (span, problem): Located) -> TagError {
-        let span = clamp(text, span);
-        let line = 1 + text[..span.start].bytes().filter(|&b| b == b'\n').count() as u64;
-        let source = NamedSource::new(file.display().to_string(), text.to_owned());
         TagError(Box::new(Inner {
             file: file.to_owned(),
-            line: Some(line),
             problem,
-            source: Some((source, span.into())),
+            excerpt: Some(Excerpt::new(file, text, clamp(text, span))),
         }))
     }
 
@@ -171,7 +185,7 @@ impl TagError {
 
     /// Line of the tag file, counted from 1.
     pub fn line(&self) -> Option<u64> {
-        self.0.line
+        self.0.excerpt.as_ref().map(Excerpt::line)
     }
 
     /// What is wrong.
@@ -195,8 +209,8 @@ fn clamp(text: &str, span: Span) -> Span {
 
 impl fmt::Display for TagError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let file = self.0.file.display();
-        match self.0.line {
+        let file = shown_path(&self.0.file);
+        match self.line() {
             Some(line) => write!(f, "{file}, line {line}: {}", self.0.problem),
             None => write!(f, "{file}: {}", self.0.problem),
         }
@@ -211,17 +225,12 @@ impl Diagnostic for TagError {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.0
-            .source
-            .as_ref()
-            .map(|(text, _)| text as &dyn SourceCode)
+        let excerpt = self.0.excerpt.as_ref()?;
+        Some(excerpt)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (_, span) = self.0.source.as_ref()?;
-        Some(Box::new(std::iter::once(LabeledSpan::new_with_span(
-            Some("here".to_owned()),
-            *span,
-        ))))
+        let excerpt = self.0.excerpt.as_ref()?;
+        Some(Box::new(std::iter::once(excerpt.label())))
     }
 }

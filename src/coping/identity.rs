@@ -2,8 +2,9 @@
 
 use sha2::{Digest, Sha256};
 
+use super::error::Located;
 use super::error::TagProblem;
-use super::rule::{Located, MeshCheck};
+use super::rule::MeshCheck;
 use crate::io::LoadedMesh;
 use crate::mesh::TriMesh;
 

@@ -7,6 +7,7 @@
 
 pub mod detect;
 mod error;
+mod excerpt;
 mod glob;
 mod identity;
 mod rule;
@@ -24,7 +25,8 @@ pub use write::{detected_text, detected_toml, ranges};
 
 use crate::io::{LoadedMesh, decode};
 use crate::mesh::{Bounds, FaceId, TriMesh};
-use rule::{Located, OnEmpty, Rest, TagFile};
+use error::Located;
+use rule::{OnEmpty, Rest, TagFile};
 use select::Selector;
 
 /// What a tag file selects on a mesh.
@@ -111,8 +113,8 @@ pub fn read_tags(
     mesh_file: &Path,
 ) -> Result<Coping, TagError> {
     let file = file.as_ref();
-    let bytes =
-        std::fs::read(file).map_err(|error| TagError::whole(file, TagProblem::Io(error)))?;
+    let bytes = crate::io::read_bytes(file)
+        .map_err(|problem| TagError::whole(file, TagProblem::Unread(problem)))?;
     read_tags_bytes(&bytes, loaded, file, mesh_file)
 }
 
@@ -149,7 +151,7 @@ pub fn read_tags_bytes(
 }
 
 fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping, Located> {
-    identity::check(&file.mesh, loaded, &mesh_file.display().to_string())?;
+    identity::check(&file.mesh, loaded, &mesh_file.to_string_lossy())?;
     let mut coping = match file.rest {
         Rest::Wall => Coping::none(loaded),
         Rest::Auto => Coping::detected(loaded),

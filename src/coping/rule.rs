@@ -1,16 +1,8 @@
 //! What a tag file says, before it is held against a mesh.
 
-use std::ops::Range;
-
 use glam::DVec3;
 
-use super::error::TagProblem;
-
-/// Bytes of the tag file's text.
-pub(super) type Span = Range<usize>;
-
-/// A problem and the text it is about.
-pub(super) type Located = (Span, TagProblem);
+use super::error::{Located, Span, TagProblem};
 
 /// A whole tag file.
 #[derive(Debug, Default)]

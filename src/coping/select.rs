@@ -3,8 +3,10 @@
 use glam::DVec3;
 
 use super::error::TagProblem;
+use super::error::{Located, Span};
 use super::glob::fits;
-use super::rule::{BoxMode, Condition, FacetRange, Located, NameKind, Span};
+use super::rule::{BoxMode, Condition, FacetRange, NameKind};
+use crate::io::quote::shown;
 use crate::io::{LoadedMesh, NameSet};
 use crate::mesh::{FaceId, TriMesh, weld_exact};
 
@@ -250,9 +252,14 @@ fn known_names(sets: &[NameSet], kind: NameKind) -> String {
     }
     match names.len() {
         0 => "; it has no such names at all".to_owned(),
-        n if n <= SHOWN => format!("; there are {}", names.join(", ")),
-        _ => format!("; there are {} and more", names[..SHOWN].join(", ")),
+        n if n <= SHOWN => format!("; there are {}", listed(&names)),
+        _ => format!("; there are {} and more", listed(&names[..SHOWN])),
     }
+}
+
+fn listed(names: &[&str]) -> String {
+    let names: Vec<String> = names.iter().map(|name| shown(name)).collect();
+    names.join(", ")
 }
 
 /// Triangles across edges; equal vertices count as one, since files may

@@ -1,7 +1,8 @@
 //! The text form: indices, ranges and name patterns, line by line.
 
+use super::error::Located;
 use super::error::TagProblem;
-use super::rule::{Condition, Located, NameKind, Rule, TagFile, facet_range};
+use super::rule::{Condition, NameKind, Rule, TagFile, facet_range};
 
 /// Reads the text form. Neighbouring lines of indices are one rule.
 pub(super) fn parse(text: &str) -> Result<TagFile, Located> {

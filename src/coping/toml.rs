@@ -5,10 +5,9 @@ use glam::DVec3;
 use serde::Deserialize;
 use toml::{Spanned, Value};
 
-use super::error::TagProblem;
+use super::error::{Located, Span, TagProblem};
 use super::rule::{
-    BoxMode, Condition, FacetRange, Located, MeshCheck, NameKind, OnEmpty, Rest, Rule, Span,
-    TagFile, facet_range,
+    BoxMode, Condition, FacetRange, MeshCheck, NameKind, OnEmpty, Rest, Rule, TagFile, facet_range,
 };
 
 /// Value of `format` in every tag file.

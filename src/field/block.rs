@@ -27,7 +27,7 @@
 
 use glam::{BVec4A, DVec3, Vec4};
 
-use super::tree::Frame;
+use super::frame::Frame;
 use super::triangle::Triangle;
 
 /// Triangles a block.

@@ -8,7 +8,8 @@
 use glam::{BVec4A, DVec3, Vec4};
 use smallvec::SmallVec;
 
-use super::tree::{Child, Frame, Node, Tree};
+use super::frame::Frame;
+use super::tree::{Child, Node, Tree};
 use super::triangle::Triangle;
 use super::{Field, Hit};
 

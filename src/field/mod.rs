@@ -25,10 +25,9 @@
 //!   part, whichever is greater; all that are closer than that to a tie are
 //!   measured in f64.
 
-pub mod thickness;
-
 mod along;
 mod block;
+mod frame;
 mod hits;
 mod nearest;
 mod ray;
@@ -42,9 +41,10 @@ mod triangle;
 use glam::DVec3;
 
 use crate::mesh::{FaceId, Part, TriMesh};
+use frame::Frame;
 use nearest::Best;
 use sign::Sign;
-use tree::{Frame, Tree};
+use tree::Tree;
 use triangle::Triangle;
 
 pub use triangle::Feature;

@@ -9,7 +9,8 @@ use glam::{DVec3, Vec4};
 
 use super::FaceId;
 use super::block::LANES;
-use super::tree::{Child, Frame, Query, Tree};
+use super::frame::Frame;
+use super::tree::{Child, Query, Tree};
 use super::triangle::{Closest, Triangle};
 
 /// Best triangle so far.

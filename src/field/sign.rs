@@ -18,8 +18,9 @@ use glam::{DMat3, DVec3};
 use smallvec::SmallVec;
 
 use super::Field;
+use super::frame::Frame;
 use super::topology::Topology;
-use super::tree::{Child, Frame, Tree, WIDTH};
+use super::tree::{Child, Tree, WIDTH};
 use super::triangle::{Closest, Feature, Triangle};
 
 #[derive(Clone, Debug)]

@@ -16,6 +16,7 @@
 use std::ops::Range;
 
 use super::block::{self, Block, LANES};
+use super::frame::Frame;
 use super::triangle::Triangle;
 use glam::{DVec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
@@ -31,38 +32,6 @@ const LEAF: u32 = LANES as u32;
 
 /// One f32 for each child of a node.
 pub(super) type Lanes = [Vec4; WIDTH / 4];
-
-/// Part units to tree units.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
-    pub centre: DVec3,
-    /// Power of two: multiplying by it is exact.
-    pub scale: f64,
-}
-
-impl Frame {
-    /// Frame of the box `low..high`; any finite frame for an empty box.
-    pub fn new(low: DVec3, high: DVec3) -> Frame {
-        let centre = (low + high) * 0.5;
-        let half = (high - low).max_element() * 0.5;
-        if !centre.is_finite() || !half.is_finite() {
-            return Frame {
-                centre: DVec3::ZERO,
-                scale: 1.0,
-            };
-        }
-        let exponent = half.max(1e-290).log2().ceil();
-        Frame {
-            centre,
-            scale: (-exponent).exp2(),
-        }
-    }
-
-    #[inline]
-    pub fn to_tree(self, p: DVec3) -> DVec3 {
-        (p - self.centre) * self.scale
-    }
-}
 
 /// A query point in tree units.
 #[derive(Clone, Copy, Debug)]

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
+use super::quote::{bounded, quoted, shown, shown_path};
+
 /// Place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -21,9 +23,9 @@ pub enum Place {
 impl Place {
     /// The place in words, after the file's name.
     pub fn within(self, file: &Path) -> String {
-        let file = file.display();
+        let file = shown_path(file);
         match self {
-            Place::Whole => format!("{file}"),
+            Place::Whole => file,
             Place::Line(line) => format!("{file}, line {line}"),
             Place::Byte(byte) => format!("{file}, byte {byte}"),
         }
@@ -45,13 +47,37 @@ pub enum Problem {
     /// Suffix of no known format.
     #[error("has no suffix of a known mesh format")]
     #[diagnostic(help(
-        "use .obj, .stl, .ply, .off, .msh, .inp or .bdf; a STEP file can be meshed with `gmsh -2 part.step -o part.msh`"
+        "use a mesh as .obj, .stl, .ply, .off, .msh, .inp or .bdf, or a CAD model as .step, .iges or .brep"
     ))]
     UnknownFormat,
+    /// A CAD file, and nothing that could mesh it.
+    #[error("CAD files are meshed by Gmsh, which was not found")]
+    #[diagnostic(help(
+        "install it with `pip install gmsh` or `apt-get install gmsh`, or name the program in the environment variable GMSH"
+    ))]
+    NoMesher,
+    /// Gmsh gave no mesh; its last words.
+    #[error("Gmsh made no mesh of it: {0}")]
+    #[diagnostic(help("check the model in the CAD system, or export it as a fine STL"))]
+    MesherFailed(String),
     /// Suffix of a format that cannot hold a control mesh, or of none.
     #[error("a control mesh is read from OBJ alone")]
     #[diagnostic(help("export the control mesh, not its subdivision, as polygons in .obj"))]
     NoControlFormat,
+    /// More than is read.
+    #[error("has more than {most} bytes, the most that are read")]
+    #[diagnostic(help("check that this is the right file; raise --max-input if it is"))]
+    TooLarge {
+        /// The bound.
+        most: u64,
+    },
+    /// The memory is not to be had.
+    #[error("does not fit into memory: {bytes} bytes more were not to be had")]
+    #[diagnostic(help("take a machine with more memory; coarsen the mesh"))]
+    Memory {
+        /// Asked for.
+        bytes: u64,
+    },
     /// No bytes.
     #[error("the file is empty")]
     #[diagnostic(help("export or download the file again"))]
@@ -76,21 +102,21 @@ pub enum Problem {
         reason: String,
     },
     /// A word that should be a number.
-    #[error("{word:?} is not a number")]
+    #[error("{} is not a number", quoted(word))]
     #[diagnostic(help("write numbers with a decimal point and no thousands separators"))]
     NotANumber {
         /// The word.
         word: String,
     },
     /// NaN, an infinity, or beyond the range of the arithmetic.
-    #[error("the coordinate {word} is not a finite number")]
+    #[error("the coordinate {} is not a finite number", shown(word))]
     #[diagnostic(help("repair the vertex in the tool that wrote the file"))]
     NotFinite {
         /// The word or value.
         word: String,
     },
     /// A word that should be a vertex index.
-    #[error("{word:?} is not a vertex index")]
+    #[error("{} is not a vertex index", quoted(word))]
     #[diagnostic(help("write whole numbers, as in `f 1 2 3` or `f 1/1/1 2/2/1 3/3/1`"))]
     NotAnIndex {
         /// The word.
@@ -133,7 +159,7 @@ pub enum Problem {
     #[diagnostic(help("split or coarsen the mesh"))]
     TooMany(&'static str),
     /// The grammar of the format is broken.
-    #[error("{0}")]
+    #[error("{}", bounded(.0))]
     #[diagnostic(help("export the file again, or correct it at this place"))]
     Syntax(String),
 }

@@ -89,7 +89,7 @@ pub(crate) fn foreign(bytes: &[u8]) -> Option<&'static str> {
     } else if head.starts_with(b"version https://git-lfs") {
         Some("a Git LFS pointer (run `git lfs pull`)")
     } else if head.starts_with(b"iso-10303-21") {
-        Some("a STEP file (mesh it first, for instance with `gmsh -2`)")
+        Some("a STEP file (name it .step)")
     } else {
         None
     }

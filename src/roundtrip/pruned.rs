@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use crate::field::thickness::Ray;
 use crate::field::{Field, Footpoint};
 use crate::mesh::{FaceId, Part, TriMesh};
+use crate::walls::thickness::Ray;
 use crate::walls::{Walls, object_angle};
 
 /// Object angles below this, degrees, are bends of a round made of facets: a

@@ -158,6 +158,8 @@ pub struct ShellModel {
     /// Elements that lean more than [`LEANING`] from one of their normals: a
     /// solver may find them inside out.
     pub leaning: Vec<u32>,
+    /// Nodes whose thickness is not known and was taken from their neighbours.
+    pub guessed: usize,
 }
 
 /// Angle between an element and its normals, degrees, beyond which a solver
@@ -185,6 +187,7 @@ impl ShellModel {
         let mut elements = elements(surface, faces, &corner_normals);
         let mut normals = corner_normals.normals;
         orient_feet(surface, &elements, &normals, &mut nodes);
+        let guessed = fill_thickness(&elements, &mut nodes);
         let mut middles = FxHashMap::default();
         if settings.order == Order::Quadratic {
             middles = add_middles(&mut nodes, &mut elements, &mut normals, &faces.middles);
@@ -201,6 +204,7 @@ impl ShellModel {
             lines,
             placement: 0.5,
             leaning,
+            guessed,
         }
     }
 
@@ -284,6 +288,39 @@ fn orient_feet(
             nodes[node as usize].feet = Some(if ahead { [a, b] } else { [b, a] });
         }
     }
+}
+
+/// Gives nodes without a thickness, where a wall was not found, the mean of
+/// their neighbours', from the rim of such a place inwards; how many there
+/// were. Where no node has one they stay as they are.
+fn fill_thickness(elements: &[ShellElement], nodes: &mut [ShellNode]) -> usize {
+    let unknown = |n: &ShellNode| n.thickness <= 0.0;
+    let count = nodes.iter().filter(|n| unknown(n)).count();
+    let mut left = count;
+    while left > 0 {
+        let mut sums: FxHashMap<u32, (f64, f64)> = FxHashMap::default();
+        for element in elements {
+            let corners = element.corners();
+            let known = corners.iter().map(|&n| nodes[n as usize].thickness);
+            let known: SmallVec<[f64; 4]> = known.filter(|&t| t > 0.0).collect();
+            for &n in corners.iter().filter(|&&n| unknown(&nodes[n as usize])) {
+                let sum = sums.entry(n).or_default();
+                *sum = (
+                    sum.0 + known.iter().sum::<f64>(),
+                    sum.1 + known.len() as f64,
+                );
+            }
+        }
+        sums.retain(|_, sum| sum.1 > 0.0);
+        if sums.is_empty() {
+            break;
+        }
+        left -= sums.len();
+        for (n, (sum, of)) in sums {
+            nodes[n as usize].thickness = sum / of;
+        }
+    }
+    count
 }
 
 /// Adds nodes at the middle of the sides; where they are, by edge.

@@ -273,3 +273,18 @@ fn sheets_fall_into_classes_by_thickness() {
         [0, 2, 0, 1]
     );
 }
+
+#[test]
+fn an_unknown_thickness_is_that_of_the_neighbours() {
+    let mut parts = plate(0.3).into_parts();
+    parts.vertices[4].ball = Ball::default();
+    parts.vertices[5].ball = Ball::default();
+    let model = model(&MidSurface::new(parts).unwrap(), Order::Linear, Vec::new());
+    assert_eq!(model.guessed, 2);
+    assert!(
+        model
+            .nodes
+            .iter()
+            .all(|n| (n.thickness - 0.3).abs() < 1e-12)
+    );
+}

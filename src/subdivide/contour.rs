@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::cage::Cage;
-use super::{Boundary, SubdivideError, tessellate};
+use super::{Boundary, SubdivideError, check_thickness, tessellate};
 use crate::field::Field;
 use crate::mesh::{FaceId, Part, PartError, PartOptions, TriMesh, self_intersections};
 use crate::offset::{self, OffsetError, hollowed, offset};
@@ -85,9 +85,7 @@ pub fn contour(
     settings: &ContourSettings,
     progress: &Progress,
 ) -> Result<ContourSolid, ContourError> {
-    if !(settings.thickness > 0.0 && settings.thickness.is_finite()) {
-        return Err(SubdivideError::Thickness(settings.thickness).into());
-    }
+    check_thickness(cage, settings.thickness)?;
     if !cage.is_closed() {
         return Err(ContourError::Open);
     }

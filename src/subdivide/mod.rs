@@ -101,6 +101,17 @@ pub enum SubdivideError {
     #[error("the thickness {0} is not a positive length")]
     #[diagnostic(help("give --thickness a positive length"))]
     Thickness(f64),
+    /// A wall with nothing of the mesh's size.
+    #[error(
+        "a wall of {thickness} is out of all proportion to a control mesh with a diagonal of {diagonal:.6}"
+    )]
+    #[diagnostic(help("give --thickness in the units of the control mesh"))]
+    Thick {
+        /// Asked for.
+        thickness: f64,
+        /// Of the control mesh.
+        diagonal: f64,
+    },
     /// No positive length.
     #[error("the tolerance {0} is not a positive length")]
     #[diagnostic(help("give --tolerance a positive length"))]
@@ -247,9 +258,7 @@ pub fn hollow_out(
     settings: &Settings,
     progress: &dyn Fn(&'static str),
 ) -> Result<HollowSolid, SubdivideError> {
-    if !(settings.thickness > 0.0 && settings.thickness.is_finite()) {
-        return Err(SubdivideError::Thickness(settings.thickness));
-    }
+    check_thickness(cage, settings.thickness)?;
     let frame = cage.frame();
     match hollow_out_locally(&cage.in_frame(frame), settings, progress) {
         Ok(mut solid) => {
@@ -385,6 +394,24 @@ fn refined(cage: &Cage, level: u32, boundary: Boundary) -> Result<(Quads, u32), 
         done += 1;
     }
     Ok((mesh, done))
+}
+
+/// Most thickness, over the diagonal of the control mesh: far beyond any use,
+/// and near enough that all figures stay finite.
+const MOST_THICKNESS: f64 = 1e6;
+
+fn check_thickness(cage: &Cage, thickness: f64) -> Result<(), SubdivideError> {
+    if !(thickness > 0.0 && thickness.is_finite()) {
+        return Err(SubdivideError::Thickness(thickness));
+    }
+    let diagonal = cage.diagonal();
+    if thickness > MOST_THICKNESS * diagonal {
+        return Err(SubdivideError::Thick {
+            thickness,
+            diagonal,
+        });
+    }
+    Ok(())
 }
 
 /// Refuses what would be too many points before any memory is spent on them.

@@ -12,6 +12,8 @@
 pub mod edge;
 pub mod feet;
 pub mod follow;
+#[cfg(test)]
+mod oracle;
 pub mod probe;
 pub mod solve;
 pub mod tet;

@@ -1,13 +1,15 @@
 //! The walk over the lattice: solves edges, faces and tetrahedra wherever the
 //! mid-surface leads, wave by wave, each once under its key.
 
+#[cfg(test)]
+mod tests;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Serialize;
 use smallvec::SmallVec;
 
-use crate::field::thickness::{maximal_ball, spread};
 use crate::lattice::{EdgeKey, FaceKey, Lattice, NodeKey, TetKey};
 use crate::mesh::FaceId;
 use crate::settings::progress::{Progress, Stop, Stopped};
@@ -20,6 +22,7 @@ use crate::trace::follow::seam::Cage;
 use crate::trace::probe::Probe;
 use crate::trace::tet::{InnerKind, TetSurface, VertexKey, solve_tet};
 use crate::walls::Walls;
+use crate::walls::thickness::{maximal_ball, spread};
 
 /// Everything found on the lattice, each under its key.
 #[derive(Default)]

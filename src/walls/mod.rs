@@ -1,4 +1,4 @@
-//! Which footpoints belong to one wall, and the per-thread way to ask.
+//! Which footpoints belong to one wall, and how thick walls are.
 //!
 //! A mid-surface point has two footpoints on *separate* walls. Two footpoints
 //! that a short path over wall triangles joins lie on one wall: the ball sits
@@ -7,6 +7,8 @@
 //! is the medial geodesic function of Dey and Sun (2006), asked locally:
 //! coping cuts it, so a web is never mistaken for a fin, however weak its
 //! object angle.
+
+pub mod thickness;
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -4,9 +4,11 @@ mod broken_files;
 mod cli_input;
 mod common;
 mod detect;
+mod elements;
 mod end_to_end;
 mod exactness;
 mod far;
+mod harm;
 mod invariance;
 mod offset;
 mod parts;
@@ -19,4 +21,6 @@ mod snapshots;
 mod subdivide;
 mod tags;
 mod thicken;
+#[cfg(feature = "view")]
+mod view;
 mod writers;

@@ -195,7 +195,9 @@ def main():
             command = [a.midsurf, "extract", part, "--coping", part.replace(".obj", ".coping.toml"), "--cell", a.cells,
                        "-q", "-o", f"{folder}/model.inp", "--json", f"{folder}/extract.json", *a.extract.split()]
             done = subprocess.run(command, capture_output=True, text=True)
-            if done.returncode:
+            if done.returncode == 1:
+                print(f"{label:18} the mid-surface has cracks")
+            elif done.returncode:
                 print(f"{label:18} extract: {done.stderr.strip()}")
                 bad += 1
                 continue

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::check::{Check, LEAST_ANGLE, Limits, Measure, Outcome};
+use midsurf::io::quote::shown_path;
 use midsurf::io::read_any_surface;
 use midsurf::io::write::stage_fields;
 use midsurf::mesh::PartOptions;
@@ -165,8 +166,8 @@ fn belongs(args: &Args, input: &Input, surface: &MidSurface) -> Result<(), Failu
         return Err(Failure::usage(
             format!(
                 "{}: does not belong to {}: its box is {} by its diagonal, that of the part {}",
-                args.model.display(),
-                args.part.display(),
+                shown_path(&args.model),
+                shown_path(&args.part),
                 figure(model.diagonal()),
                 figure(part.diagonal())
             ),

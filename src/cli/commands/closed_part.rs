@@ -17,7 +17,7 @@ use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
-use crate::cli::shared::report::Envelope;
+use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
 
@@ -95,7 +95,7 @@ pub(crate) fn run(
     let report = Envelope {
         command,
         input: json!({
-            "part": input.file,
+            "part": named(&input.file),
             "sha256": input.sha256,
             "geometry": input.geometry,
             "triangles": input.part.triangle_count(),

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 
 use midsurf::coping::detect::{DetectedFace, Detection, Options, Question};
 use midsurf::coping::{detect, detected_text, detected_toml, ranges};
@@ -11,8 +12,10 @@ use midsurf::io::write::stage;
 use serde_json::{Value, json};
 
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{load, print_warnings};
+use crate::cli::shared::input::{Warning, load, print_warnings};
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::pool;
+use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::check_names;
 
 const EXAMPLES: &str = "\
@@ -54,13 +57,15 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let outputs = args.output.iter().map(|file| (file.clone(), "tags"));
     let outputs = outputs.chain(json_file.clone().map(|file| (file.clone(), "report")));
     check_names(&[(&*args.part, "part")], outputs)?;
+    pool::start(None);
+    let start = Instant::now();
     let (loaded, warnings) = load(&args.part)?;
     print_warnings(&warnings);
     let options = Options {
         samples: args.samples as usize,
     };
     let detection = detect(&loaded.mesh, &options);
-    let report = as_json(args, &loaded, &detection);
+    let report = as_json(args, &loaded, &detection, (start, &warnings));
 
     let mut staged = Vec::new();
     if let Some(file) = &args.output {
@@ -154,16 +159,29 @@ fn shown(triangles: &[u32]) -> String {
     format!("{}{more}", first.join(", "))
 }
 
-fn as_json(args: &Args, loaded: &LoadedMesh, detection: &Detection) -> Value {
+fn as_json(
+    args: &Args,
+    loaded: &LoadedMesh,
+    detection: &Detection,
+    (start, warnings): (Instant, &[Warning]),
+) -> Value {
     let questions = detection.questions();
-    json!({
-        "schema": 1,
-        "tool": { "name": "midsurf", "version": env!("CARGO_PKG_VERSION"), "command": "tags detect" },
-        "input": { "part": args.part, "sha256": loaded.sha256, "triangles": loaded.mesh.triangles.len() },
-        "settings": { "samples": args.samples },
+    Envelope {
+        command: "tags detect",
+        input: json!({
+            "part": named(&args.part),
+            "sha256": loaded.sha256,
+            "triangles": loaded.mesh.triangles.len(),
+        }),
+        settings: json!({ "samples": args.samples }),
+        seconds: json!({ "total": start.elapsed().as_secs_f64() }),
+        outputs: args.output.iter().map(PathBuf::as_path).collect(),
+        warnings: warnings.iter().collect(),
+    }
+    .around(json!({
         "result": detection_json(detection),
         "questions": questions.iter().map(|q| question_json(q, detection)).collect::<Vec<_>>(),
-    })
+    }))
 }
 
 /// What the reports of other commands say of a detection, too.

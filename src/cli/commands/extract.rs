@@ -1,16 +1,15 @@
 //! `midsurf extract`: part and tags in, mid-surface and report out.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::extract::{DEFAULT_ANGLE, Settings, extract};
-use midsurf::io::write::{ShellFormat, Staged, SurfaceOptions, files_for, stage_surface};
+use midsurf::extract::{DEFAULT_ANGLE, Extraction, Settings, extract};
+use midsurf::io::write::{ShellFormat, Staged, SurfaceOptions, files_for, stage, stage_surface};
 use midsurf::mesh::PartOptions;
 use midsurf::settings::cell::CellSize;
 use midsurf::shell::Faces;
-use midsurf::surface::MidSurface;
 use midsurf::surface::listing::listing;
 
 use super::extract_report::{Report, Seconds};
@@ -22,6 +21,7 @@ use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::{angle, figure, positive};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::shell::ShellArgs;
+use midsurf::io::quote::{shown, shown_path};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -31,10 +31,10 @@ Examples:
   midsurf extract part.obj --coping part.coping.txt -o part.inp --template cantilever
 
 The suffix of -o tells the format: .obj (one group a sheet, with NAME.thickness.csv
-beside it), .ply and .vtu (with thickness), .stl; .inp (CalculiX, Abaqus), .bdf
-(Nastran), .msh (Gmsh) and .glb: shell models, with sets for sheets, seams, borders
-and coping faces. Without -o only the summary is
-printed.
+beside it), .ply and .vtu (with thickness), .stl, .html (a page to look at part and
+mid-surface in any browser, in one file); .inp (CalculiX, Abaqus), .bdf (Nastran),
+.msh (Gmsh) and .glb: shell models, with sets for sheets, seams, borders and coping
+faces. Without -o only the summary is printed.
 
 A sheet ends where the angle between its two footpoints falls below --angle: a
 web a quarter as thick as the wall that it stands on still has 28 degrees there.
@@ -134,13 +134,13 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         .map_err(|error| Failure::refused(&args.part, &error))?;
     if result.surface.triangles().is_empty() {
         return Err(Failure::no_result(
-            format!("{}: no mid-surface was found", args.part.display()),
+            format!("{}: no mid-surface was found", shown_path(&args.part)),
             "check the coping tags with `midsurf tags PART TAGS`, and take a smaller --cell",
         ));
     }
 
     progress.show("writing", 0, 0);
-    let mut staged = stage_outputs(&args, &result.surface)?;
+    let mut staged = stage_outputs(&args, &input, &result)?;
     let (models, model) =
         args.shell
             .stage(&input, &result.surface, &Faces::default(), &args.output)?;
@@ -190,7 +190,7 @@ impl Args {
 fn describe(input: &Input) {
     say(format_args!(
         "{}: {} triangles, {} of them coping, diagonal {}",
-        input.file.display(),
+        shown_path(&input.file),
         input.part.triangle_count(),
         input.part.coping_count(),
         figure(input.part.bounds().diagonal())
@@ -198,7 +198,7 @@ fn describe(input: &Input) {
     for rule in &input.rules {
         say(format_args!(
             "  {}: {} triangles, area {}",
-            rule.name,
+            shown(&rule.name),
             rule.count,
             figure(rule.area)
         ));
@@ -211,23 +211,45 @@ fn check_names(args: &Args) -> Result<(), Failure> {
     inputs.extend(args.coping.file().map(|file| (file, "coping tags")));
     let mut files = Vec::new();
     for output in &args.output {
-        files.extend(files_for(output).map_err(Failure::input)?);
+        if is_page(output) {
+            files.push(output.clone());
+        } else {
+            files.extend(files_for(output).map_err(Failure::input)?);
+        }
     }
     args.run.check_names(&inputs, files)
 }
 
+/// Whether an output is a page for the browser.
+fn is_page(file: &Path) -> bool {
+    let suffix = file.extension();
+    cfg!(feature = "view") && suffix.is_some_and(|suffix| suffix.eq_ignore_ascii_case("html"))
+}
+
 /// Writes the surface under passing names.
-fn stage_outputs(args: &Args, surface: &MidSurface) -> Result<Vec<Staged>, Failure> {
+fn stage_outputs(args: &Args, input: &Input, result: &Extraction) -> Result<Vec<Staged>, Failure> {
     let options = SurfaceOptions {
         obj_lines: args.obj_lines,
     };
     let mut staged = Vec::new();
-    for file in args
-        .output
-        .iter()
-        .filter(|file| ShellFormat::of(file).is_none())
-    {
-        staged.extend(stage_surface(surface, file, options).map_err(Failure::output)?);
+    for file in &args.output {
+        if is_page(file) {
+            let write = |out: &mut dyn Write| write_page(input, result, out);
+            staged.push(stage(file, write).map_err(Failure::output)?);
+        } else if ShellFormat::of(file).is_none() {
+            staged.extend(stage_surface(&result.surface, file, options).map_err(Failure::output)?);
+        }
     }
     Ok(staged)
+}
+
+#[cfg(feature = "view")]
+fn write_page(input: &Input, result: &Extraction, out: &mut dyn Write) -> io::Result<()> {
+    let title = input.file.file_name().unwrap_or(input.file.as_os_str());
+    midsurf::view::write_page(&title.to_string_lossy(), &input.part, result, out)
+}
+
+#[cfg(not(feature = "view"))]
+fn write_page(_: &Input, _: &Extraction, _: &mut dyn Write) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
 }

@@ -14,7 +14,7 @@ use super::extract::Args;
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};
 use crate::cli::shared::numbers::figure;
-use crate::cli::shared::report::Envelope;
+use crate::cli::shared::report::{Envelope, named};
 
 /// Cracks that the report states with their place; all are counted.
 const CRACKS_SHOWN: usize = 1000;
@@ -69,7 +69,7 @@ impl Report {
         Envelope {
             command: "extract",
             input: json!({
-                "part": input.file,
+                "part": named(&input.file),
                 "sha256": input.sha256,
                 "geometry": input.geometry,
                 "coping": args.coping,
@@ -262,7 +262,7 @@ fn warnings(result: &Extraction) -> Vec<Warning> {
         warnings.push(Warning { code, message });
     };
     if !result.graph.cracks().is_empty() {
-        let places = named(result.graph.cracks().iter().map(|crack| crack.at));
+        let places = listed(result.graph.cracks().iter().map(|crack| crack.at));
         let length: f64 = result.graph.cracks().iter().map(|crack| crack.length).sum();
         warn(
             "cracks",
@@ -324,7 +324,7 @@ fn warnings(result: &Extraction) -> Vec<Warning> {
             format!(
                 "no border came out on {}, at {}: features smaller than two cells are closed over; a smaller --cell finds them",
                 counted(result.closed_over.len(), "coping face"),
-                named(middles)
+                listed(middles)
             ),
         );
     }
@@ -332,7 +332,7 @@ fn warnings(result: &Extraction) -> Vec<Warning> {
 }
 
 /// The first few of some places.
-fn named(places: impl ExactSizeIterator<Item = DVec3>) -> String {
+fn listed(places: impl ExactSizeIterator<Item = DVec3>) -> String {
     let more = if places.len() > PLACES_NAMED {
         " and more"
     } else {

@@ -5,14 +5,17 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use midsurf::field::Field;
-use midsurf::field::thickness::ThicknessProfile;
 use midsurf::mesh::{EdgeCensus, Part, PartOptions};
+use midsurf::walls::thickness::ThicknessProfile;
 use serde::Serialize;
 
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::pool;
+use crate::cli::shared::report::named;
+use midsurf::io::quote::shown;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -49,7 +52,7 @@ pub(crate) struct Args {
 
 #[derive(Serialize)]
 struct Info {
-    part: PathBuf,
+    part: String,
     sha256: String,
     geometry: String,
     facets: usize,
@@ -100,6 +103,7 @@ fn wall_thickness(part: &Part) -> Option<Thickness> {
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    pool::start(None);
     let options = PartOptions {
         allow_open: true,
         weld: args.weld,
@@ -149,7 +153,7 @@ impl Info {
         let object = |set: &midsurf::io::NameSet| set.object.clone();
         let material = |set: &midsurf::io::NameSet| set.material.clone();
         Info {
-            part: input.file.clone(),
+            part: named(&input.file),
             sha256: input.sha256.clone(),
             geometry: input.geometry.clone(),
             facets: input.facets,
@@ -177,7 +181,7 @@ impl Info {
 
     fn print(&self, out: &mut impl Write) -> io::Result<()> {
         let [a, b] = [self.min, self.max];
-        writeln!(out, "part         {}", self.part.display())?;
+        writeln!(out, "part         {}", shown(&self.part))?;
         write!(out, "triangles    {}", self.triangles)?;
         if self.facets != self.triangles {
             write!(out, " from {} faces", self.facets)?;
@@ -236,14 +240,14 @@ impl Info {
             ("materials", &self.materials),
         ] {
             if !names.is_empty() {
-                let shown = names.iter().take(NAMES_SHOWN).cloned();
-                let shown = shown.collect::<Vec<_>>().join(", ");
+                let names_shown = names.iter().take(NAMES_SHOWN).map(|name| shown(name));
+                let list = names_shown.collect::<Vec<_>>().join(", ");
                 let more = if names.len() > NAMES_SHOWN {
                     ", …"
                 } else {
                     ""
                 };
-                writeln!(out, "{kind:<12} {}: {shown}{more}", names.len())?;
+                writeln!(out, "{kind:<12} {}: {list}{more}", names.len())?;
             }
         }
         writeln!(out, "sha256       {}", self.sha256)?;

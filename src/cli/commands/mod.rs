@@ -13,3 +13,5 @@ pub(crate) mod roundtrip;
 pub(crate) mod subdivide;
 pub(crate) mod tags;
 pub(crate) mod thicken;
+#[cfg(feature = "view")]
+pub(crate) mod view;

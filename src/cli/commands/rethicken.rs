@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
+use midsurf::io::write::thickness_file;
 use midsurf::io::{LoadedSurface, RadiusSource, read_surface};
 use midsurf::rethicken::{BallSurface, RethickenError, RethickenWarning, Settings, rethicken};
 use midsurf::settings::cell::{CellSize, Scale};
@@ -13,9 +14,10 @@ use super::closed_part::work_json;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, print_warnings, read_warning};
 use crate::cli::shared::memory::MemoryArgs;
-use crate::cli::shared::report::Envelope;
+use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
+use midsurf::io::quote::shown_path;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -71,6 +73,10 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             .iter()
             .map(|file| (file.as_path(), "thickness")),
     );
+    let beside = thickness_file(&args.surface);
+    if args.thickness.is_none() && beside.is_file() {
+        inputs.push((&beside, "thickness"));
+    }
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
     let progress = args.run.start();
@@ -94,7 +100,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let report = Envelope {
         command: "rethicken",
         input: json!({
-            "surface": args.surface,
+            "surface": named(&args.surface),
             "sha256": loaded.sha256,
             "vertices": loaded.vertices,
             "triangles": loaded.triangles,
@@ -102,7 +108,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "flat_border_edges": surface.flat_edges(),
             "median_thickness": surface.median_thickness(),
             "least_thickness": surface.least_thickness(),
-            "radius_from": loaded.radius.file(),
+            "radius_from": named(loaded.radius.file()),
             "radius_given": matches!(loaded.radius, RadiusSource::Radius(_)),
         }),
         settings: json!({
@@ -166,7 +172,7 @@ fn warnings(
 ) -> Vec<Warning> {
     let warning = |code, message: &str| Warning {
         code,
-        message: format!("{}: {message}", args.surface.display()),
+        message: format!("{}: {message}", shown_path(&args.surface)),
     };
     let mut warnings: Vec<Warning> = (loaded.warnings.iter())
         .map(|w| read_warning(&args.surface, w))

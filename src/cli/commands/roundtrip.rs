@@ -21,7 +21,7 @@ use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
-use crate::cli::shared::report::Envelope;
+use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 
 /// Deviation that is painted in full colour, over the thickness.
@@ -149,7 +149,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let report = Envelope {
         command: "roundtrip",
         input: json!({
-            "part": input.file,
+            "part": named(&input.file),
             "sha256": input.sha256,
             "triangles": input.part.triangle_count(),
             "volume": input.part.volume(),

@@ -20,9 +20,10 @@ use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, print_warnings, read_warning};
 use crate::cli::shared::numbers::{figure, positive};
 use crate::cli::shared::progress::Progress;
-use crate::cli::shared::report::Envelope;
+use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::SolidArgs;
+use midsurf::io::quote::shown_path;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -239,7 +240,7 @@ fn read(file: &Path) -> Result<Control, Failure> {
             code: "inside_out",
             message: format!(
                 "{}: the control mesh was inside out (volume {}); all faces were turned",
-                file.display(),
+                shown_path(file),
                 figure(volume)
             ),
         });
@@ -380,7 +381,7 @@ fn boundary(args: &Args) -> &'static str {
 fn input(args: &Args, control: &Control) -> Value {
     let cage = &control.cage;
     json!({
-        "control": args.control,
+        "control": named(&args.control),
         "sha256": control.sha256,
         "vertices": cage.positions().len(),
         "faces": cage.face_count(),

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use midsurf::coping::{Coping, RuleResult};
 use midsurf::io::LoadedMesh;
+use midsurf::io::quote::shown;
 use midsurf::io::write::{WriteError, stage};
 use midsurf::mesh::FaceId;
 use serde_json::json;
@@ -15,6 +16,8 @@ use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{load, load_tags, print_warnings};
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::pool;
+use crate::cli::shared::report::named;
 use crate::cli::shared::run::check_names;
 
 const EXAMPLES: &str = "\
@@ -77,6 +80,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 }
 
 fn show(args: ShowArgs) -> Result<ExitCode, Failure> {
+    pool::start(None);
     if let Some(file) = &args.output {
         check_output(&args, file)?;
     }
@@ -97,8 +101,8 @@ fn show(args: ShowArgs) -> Result<ExitCode, Failure> {
     if args.json {
         let rules: Vec<_> = coping.rules.iter().map(as_json).collect();
         let report = json!({
-            "part": args.part,
-            "tags": args.tags,
+            "part": named(&args.part),
+            "tags": named(&args.tags),
             "rules": rules,
             "coping": as_json(&totals[0]),
             "wall": as_json(&totals[1]),
@@ -140,7 +144,7 @@ fn as_json(rule: &RuleResult) -> serde_json::Value {
 
 fn print(rules: &[RuleResult], totals: &[RuleResult], out: &mut impl Write) -> io::Result<()> {
     let rows = || rules.iter().chain(totals);
-    let name = rows().map(|rule| rule.name.chars().count()).max();
+    let name = rows().map(|rule| shown(&rule.name).chars().count()).max();
     let name = name.unwrap_or(0).max(4);
     writeln!(
         out,
@@ -153,7 +157,8 @@ fn print(rules: &[RuleResult], totals: &[RuleResult], out: &mut impl Write) -> i
         write!(
             out,
             "{:<name$}  {makes:<6}  {:>9}  {area:>12}  ",
-            rule.name, rule.count
+            shown(&rule.name),
+            rule.count
         )?;
         if rule.bounds.is_empty() {
             writeln!(out, "empty")?;

@@ -16,7 +16,7 @@ use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, load, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
-use crate::cli::shared::report::Envelope;
+use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::SolidArgs;
 
@@ -114,7 +114,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let report = Envelope {
         command: "thicken",
         input: json!({
-            "patch": args.patch,
+            "patch": named(&args.patch),
             "sha256": loaded.sha256,
             "triangles": loaded.mesh.triangles.len(),
             "area": loaded.mesh.area(),

@@ -2,7 +2,10 @@
 
 use std::io::{self, Write};
 
-/// Writes a line to stderr; a closed stderr is nobody's concern.
+use midsurf::io::quote::bounded;
+
+/// Writes a line to stderr, without what would move the terminal's cursor; a
+/// closed stderr is nobody's concern.
 pub(crate) fn say(line: std::fmt::Arguments<'_>) {
-    let _ = writeln!(io::stderr(), "{line}");
+    let _ = writeln!(io::stderr(), "{}", bounded(&line.to_string()));
 }

@@ -1,13 +1,14 @@
 //! Where coping tags come from, and what to say of those that were detected.
 
-use std::convert::Infallible;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use midsurf::coping::detect::{Detection, Verdict};
 use serde::{Serialize, Serializer};
 
 use super::input::Warning;
+use super::report::named;
+use midsurf::io::quote::shown_path;
 
 /// Questions that a command lists before the list is cut short.
 const QUESTIONS_SHOWN: usize = 5;
@@ -33,15 +34,13 @@ impl CopingSource {
     }
 }
 
-impl FromStr for CopingSource {
-    type Err = Infallible;
-
-    fn from_str(text: &str) -> Result<CopingSource, Infallible> {
-        Ok(match text {
-            "auto" => CopingSource::Auto,
-            "none" => CopingSource::None,
-            file => CopingSource::File(file.into()),
-        })
+impl From<OsString> for CopingSource {
+    fn from(text: OsString) -> CopingSource {
+        match text.to_str() {
+            Some("auto") => CopingSource::Auto,
+            Some("none") => CopingSource::None,
+            _ => CopingSource::File(text.into()),
+        }
     }
 }
 
@@ -50,7 +49,7 @@ impl Serialize for CopingSource {
         match self {
             CopingSource::Auto => serializer.serialize_str("auto"),
             CopingSource::None => serializer.serialize_str("none"),
-            CopingSource::File(file) => file.serialize(serializer),
+            CopingSource::File(file) => serializer.serialize_str(&named(file)),
         }
     }
 }
@@ -58,7 +57,7 @@ impl Serialize for CopingSource {
 /// What a detection leaves to say: about the part as a whole, and doubts.
 pub(crate) fn detection_warnings(detection: &Detection, part: &Path) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let part = part.display();
+    let part = shown_path(part);
     if let Some(words) = detection.verdict().text() {
         let code = match detection.verdict() {
             Verdict::ClosedShell => "closed_shell",

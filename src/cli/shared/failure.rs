@@ -9,6 +9,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+use midsurf::io::quote::bounded;
 use midsurf::io::{LoadedMesh, Place};
 use midsurf::mesh::PartError;
 use miette::{Diagnostic, LabeledSpan, Report, SourceCode};
@@ -168,7 +169,7 @@ impl Diagnostic for Explained {
     }
 }
 
-/// A report with other help.
+/// A report with other help, its message short and without control characters.
 #[derive(Debug)]
 struct Told {
     report: Report,
@@ -177,7 +178,7 @@ struct Told {
 
 impl fmt::Display for Told {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.report.fmt(f)
+        f.write_str(&bounded(&self.report.to_string()))
     }
 }
 

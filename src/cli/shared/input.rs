@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::console::say;
 use super::coping::{CopingSource, detection_warnings};
 use super::failure::{Failure, place_of};
+use midsurf::io::quote::shown_path;
 
 /// A warning for stderr and for reports.
 #[derive(Clone, Debug, Serialize)]
@@ -63,7 +64,7 @@ pub(crate) fn load_tags(
         CopingSource::Auto => Coping::detected(loaded),
         CopingSource::File(file) => read_tags(file, loaded, mesh_file).map_err(Failure::input)?,
     };
-    let place = tags.file().unwrap_or(mesh_file).display();
+    let place = shown_path(tags.file().unwrap_or(mesh_file));
     let empty = coping.warnings.iter().map(|message| Warning {
         code: "empty_rule",
         message: format!("{place}: {message}"),
@@ -100,7 +101,7 @@ impl Input {
             })?;
         warnings.extend(more.iter().map(|warning| Warning {
             code: warning.code(),
-            message: format!("{}: {warning}", file.display()),
+            message: format!("{}: {warning}", shown_path(file)),
         }));
         Ok(Input {
             file: file.to_owned(),

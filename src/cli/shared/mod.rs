@@ -6,6 +6,7 @@ pub(crate) mod failure;
 pub(crate) mod input;
 pub(crate) mod memory;
 pub(crate) mod numbers;
+pub(crate) mod pool;
 pub(crate) mod progress;
 pub(crate) mod report;
 pub(crate) mod run;

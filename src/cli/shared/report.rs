@@ -24,6 +24,11 @@ pub(crate) struct Envelope<'a> {
     pub(crate) warnings: Vec<&'a Warning>,
 }
 
+/// A path for reports; what is no Unicode in it is replaced.
+pub(crate) fn named(file: &Path) -> String {
+    file.to_string_lossy().into_owned()
+}
+
 impl Envelope<'_> {
     /// The report, with the members of `results`, an object, beside the
     /// envelope's.
@@ -42,7 +47,7 @@ impl Envelope<'_> {
             "settings": self.settings,
             "seconds": self.seconds,
             "peak_memory": peak(),
-            "outputs": self.outputs,
+            "outputs": self.outputs.into_iter().map(named).collect::<Vec<_>>(),
             "warnings": self.warnings,
         });
         if let (Value::Object(report), Value::Object(results)) = (&mut report, results) {

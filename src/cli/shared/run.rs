@@ -8,6 +8,7 @@ use midsurf::io::write::{Staged, WriteError, check_target, stage};
 use serde_json::Value;
 
 use super::failure::Failure;
+use super::pool;
 use super::progress::Progress;
 
 /// What a run may take, and what it says of itself.
@@ -39,12 +40,7 @@ impl RunArgs {
     /// Sets the number of threads, before anything runs; what runs first is
     /// reading.
     pub(crate) fn start(&self) -> Progress {
-        if let Some(threads) = self.threads {
-            // Fails only if the pool exists already; nothing ran before this.
-            let _ = rayon::ThreadPoolBuilder::new()
-                .num_threads(usize::from(threads))
-                .build_global();
-        }
+        pool::start(self.threads);
         let progress = Progress::new(self.quiet);
         progress.show("reading", 0, 0);
         progress
@@ -91,10 +87,7 @@ pub(crate) fn check_names(
         .collect();
     for (file, role) in outputs {
         check_target(&file).map_err(Failure::input)?;
-        if let Some((_, first)) = named
-            .iter()
-            .find(|(other, _)| identity(other) == identity(&file))
-        {
+        if let Some((_, first)) = named.iter().find(|(other, _)| are_one(other, &file)) {
             return Err(Failure::input(WriteError::NamedTwice {
                 file,
                 first,
@@ -106,7 +99,12 @@ pub(crate) fn check_names(
     Ok(())
 }
 
-/// A name by which equal files are equal.
+/// Whether two names are of one file, links of either kind followed.
+fn are_one(a: &Path, b: &Path) -> bool {
+    identity(a) == identity(b) || same_file::is_same_file(a, b).unwrap_or(false)
+}
+
+/// A name by which equal files are equal, also where there is none yet.
 fn identity(file: &Path) -> PathBuf {
     if let Ok(whole) = file.canonicalize() {
         return whole;

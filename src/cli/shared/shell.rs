@@ -201,6 +201,7 @@ fn account(input: &Input, model: &ShellModel) -> Value {
         "nodes": model.nodes.len(),
         "elements": model.elements.len(),
         "leaning_elements": model.leaning.len(),
+        "guessed_thicknesses": model.guessed,
         "sheets": model.sheets,
         "thickness_classes": model.classes,
         "sets": sets.map(|s| json!({ "name": s.name, "nodes": s.nodes().len() })).collect::<Vec<_>>(),

@@ -1,172 +1,140 @@
-//! Nastran bulk data: `GRID`, `CTRIA`, `CQUAD`, `PSHELL`, in small, large and
-//! free fields. Included files and local coordinates are refused.
-
-use std::borrow::Cow;
+//! Nastran bulk data: `GRID`, shell and solid elements with their property numbers;
+//! short, long and comma-separated fields.
+//!
+//! Grid points must be in the basic coordinate system. The group of a facet is
+//! `property N`.
 
 use glam::DVec3;
 
-use super::deck::{Deck, whole};
+use super::elements::{ElementNames, Elements, Shape};
 use super::loaded::RawMesh;
 use crate::io::error::{Located, Place, Problem};
-use crate::io::text::{Lines, decode, finite};
+use crate::io::text::{Lines, decode, excerpt};
 
-/// A card: its name and its fields, continuations joined.
+/// Shape of a card and most nodes that it can have.
+fn shape(card: &str) -> Option<(Shape, usize)> {
+    Some(match card {
+        "CTRIA3" | "CTRIAR" => (Shape::Triangle, 3),
+        "CTRIA6" => (Shape::Triangle, 6),
+        "CQUAD4" | "CQUADR" => (Shape::Quad, 4),
+        "CQUAD8" => (Shape::Quad, 8),
+        "CTETRA" => (Shape::Tetrahedron, 10),
+        "CHEXA" => (Shape::Hexahedron, 20),
+        "CPENTA" => (Shape::Prism, 15),
+        "CPYRAM" => (Shape::Pyramid, 13),
+        _ => return None,
+    })
+}
+
+/// A card with its fields, name first.
 struct Card {
-    name: String,
     fields: Vec<String>,
     line: u64,
 }
 
-impl Card {
-    fn field(&self, k: usize) -> &str {
-        self.fields.get(k).map_or("", String::as_str)
-    }
-
-    fn whole(&self, k: usize) -> Result<i64, Located> {
-        whole(self.field(k), self.line)
-    }
-
-    /// A real; blank is 0.
-    fn real(&self, k: usize) -> Result<f64, Located> {
-        match self.field(k) {
-            "" => Ok(0.0),
-            word => finite(&spelled(word)).map_err(|problem| (Place::Line(self.line), problem)),
+pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
+    let cards = cards(bytes);
+    let mut elements = Elements::default();
+    for card in cards.iter().filter(|card| card.fields[0] == "GRID") {
+        let system = card.field(2);
+        if !matches!(system, "" | "0") {
+            let message = format!("grid point in coordinate system {:?}", excerpt(system));
+            return Err(card.syntax(message));
         }
+        let at = DVec3::new(card.real(3)?, card.real(4)?, card.real(5)?);
+        elements.node(card.number(1)?, at);
     }
-
-    fn refuse(&self, message: &str) -> Located {
-        (Place::Line(self.line), Problem::Syntax(message.to_owned()))
+    for card in &cards {
+        let Some((shape, most)) = shape(&card.fields[0]) else {
+            continue;
+        };
+        let property = card.field(2);
+        let names = elements.names(ElementNames {
+            groups: vec![format!("property {property}")],
+            object: None,
+        });
+        let given = card.fields.len().min(3 + most);
+        let nodes = (3..given).filter(|&k| !card.field(k).is_empty());
+        let nodes = nodes
+            .map(|k| card.number(k))
+            .collect::<Result<Vec<u64>, Located>>()?;
+        elements.element(shape, &nodes, names, card.line)?;
     }
+    elements.finish()
 }
 
-/// A real with its exponent spelled out: `7.85-9` is `7.85e-9`.
-fn spelled(word: &str) -> Cow<'_, str> {
-    let exponent = word.char_indices().skip(1).find(|&(at, c)| {
-        let before = word[..at].chars().next_back();
-        matches!(c, '+' | '-') && before.is_some_and(|b| b.is_ascii_digit() || b == '.')
-    });
-    match exponent {
-        Some((at, _)) => Cow::Owned(format!("{}e{}", &word[..at], &word[at..])),
-        None => Cow::Owned(word.replace(['d', 'D'], "e")),
-    }
-}
-
-/// Fields of a line after the first, and whether it is in large fields.
-fn fields(text: &str) -> (String, Vec<String>) {
-    let clean = |word: &str| word.trim().to_owned();
-    if text.contains(',') {
-        let mut words = text.split(',').map(clean);
-        let name = words.next().unwrap_or_default();
-        return (name, words.take(8).collect());
-    }
-    let text: Vec<char> = text.chars().collect();
-    let cut = |from: usize, to: usize| {
-        let part: String = text[from.min(text.len())..to.min(text.len())]
-            .iter()
-            .collect();
-        clean(&part)
-    };
-    let name = cut(0, 8);
-    let (width, count) = if name.contains('*') { (16, 4) } else { (8, 8) };
-    let all = (0..count).map(|k| cut(8 + width * k, 8 + width * (k + 1)));
-    (name, all.collect())
-}
-
+/// All cards, continuations joined.
 fn cards(bytes: &[u8]) -> Vec<Card> {
-    let mut out: Vec<Card> = Vec::new();
+    let mut cards: Vec<Card> = Vec::new();
     for (line, raw) in Lines::new(bytes) {
         let text = decode(raw);
         let text = text.split('$').next().unwrap_or("").trim_end();
         if text.trim().is_empty() {
             continue;
         }
-        let text = text.replace('\t', "        ");
-        let (name, mut row) = fields(&text);
-        // Every row has its full number of fields, so that the next goes on at
-        // the right one.
-        row.resize(if name.contains('*') { 4 } else { 8 }, String::new());
-        let name = name.trim_end_matches('*').to_ascii_uppercase();
-        match out.last_mut() {
-            Some(card) if name.is_empty() || name.starts_with('+') => card.fields.extend(row),
-            _ => out.push(Card {
-                name,
-                fields: row,
-                line,
-            }),
+        let mut fields = split(text);
+        let name = fields[0].trim_end_matches('*').to_ascii_uppercase();
+        let goes_on = name.is_empty() || name.starts_with('+');
+        match cards.last_mut() {
+            Some(card) if goes_on => card.fields.extend(fields.drain(1..)),
+            _ => {
+                fields[0] = name;
+                cards.push(Card { fields, line });
+            }
         }
     }
-    out
+    cards
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
-    let mut deck = Deck::default();
-    let mut sections = Vec::new();
-    for card in cards(bytes) {
-        match card.name.as_str() {
-            "GRID" => {
-                if !matches!(card.field(1), "" | "0") {
-                    return Err(card.refuse("nodes in local coordinates are not read"));
-                }
-                let at = DVec3::new(card.real(2)?, card.real(3)?, card.real(4)?);
-                deck.node(card.whole(0)?, at, card.line)?;
-            }
-            "CTRIA3" | "CTRIAR" => element(&mut deck, &card, 3, 10, 9)?,
-            "CQUAD4" | "CQUADR" => element(&mut deck, &card, 4, 10, 9)?,
-            "CTRIA6" => element(&mut deck, &card, 3, 10, 13)?,
-            "CQUAD8" => element(&mut deck, &card, 4, 10, 16)?,
-            "PSHELL" => sections.push((format!("PID_{}", card.whole(0)?), card.real(2)?)),
-            "INCLUDE" => return Err(card.refuse("included files are not read")),
-            name if name.starts_with("CTETRA") || name.starts_with("CHEXA") => {
-                deck.skip(name, card.line);
-            }
-            _ => {}
-        }
+/// Fields of a line, the name first, without the one that announces a continuation.
+fn split(text: &str) -> Vec<String> {
+    if text.contains(',') {
+        let mut fields: Vec<String> = text.split(',').map(|f| f.trim().to_owned()).collect();
+        fields.truncate(9);
+        return fields;
     }
-    for (name, thickness) in sections {
-        deck.thickness_of_set(&name, thickness);
-    }
-    deck.finish()
-}
-
-/// A shell: `corners` nodes from field 2 on, their thickness from field
-/// `thickness` on, unless the flag says that it is relative.
-fn element(
-    deck: &mut Deck,
-    card: &Card,
-    corners: usize,
-    thickness: usize,
-    flag: usize,
-) -> Result<(), Located> {
-    let nodes = (2..2 + corners)
-        .map(|k| card.whole(k))
-        .collect::<Result<Vec<i64>, Located>>()?;
-    let own = (thickness..thickness + corners)
-        .map(|k| card.real(k))
-        .collect::<Result<Vec<f64>, Located>>()?;
-    let told = own.iter().all(|&t| t > 0.0) && card.field(flag) != "1";
-    let property = match card.field(1) {
-        "" => card.field(0),
-        property => property,
+    let letters: Vec<char> = text.chars().collect();
+    let take = |from: usize, to: usize| -> String {
+        let cut = letters.get(from..to.min(letters.len())).unwrap_or(&[]);
+        cut.iter().collect::<String>().trim().to_owned()
     };
-    let name = Some(format!("PID_{property}"));
-    deck.shell(nodes, name, if told { own } else { Vec::new() }, card.line);
-    Ok(())
+    let name = take(0, 8);
+    let (width, count) = if name.ends_with('*') { (16, 4) } else { (8, 8) };
+    let mut fields = vec![name];
+    fields.extend((0..count).map(|k| take(8 + width * k, 8 + width * (k + 1))));
+    fields
 }
 
-#[cfg(test)]
-mod tests {
-    use super::spelled;
+impl Card {
+    fn field(&self, at: usize) -> &str {
+        self.fields.get(at).map_or("", String::as_str)
+    }
 
-    #[test]
-    fn exponents_without_a_letter() {
-        for (word, plain) in [
-            ("7.85-9", "7.85e-9"),
-            ("-1.5+3", "-1.5e+3"),
-            ("1.0D2", "1.0e2"),
-            ("-2.", "-2."),
-            ("1.e-7", "1.e-7"),
-        ] {
-            assert_eq!(spelled(word), plain);
+    fn syntax(&self, message: String) -> Located {
+        (Place::Line(self.line), Problem::Syntax(message))
+    }
+
+    fn number(&self, at: usize) -> Result<u64, Located> {
+        let word = self.field(at);
+        let bad = || self.syntax(format!("{:?} is not a whole number", excerpt(word)));
+        word.parse().map_err(|_| bad())
+    }
+
+    /// A number as Nastran writes it: an exponent may lack its letter, as `1.5-3`.
+    fn real(&self, at: usize) -> Result<f64, Located> {
+        let word = self.field(at).to_ascii_lowercase().replace('d', "e");
+        if word.is_empty() {
+            return Ok(0.0);
+        }
+        let sign = word.rfind(['+', '-']).filter(|&k| k > 0);
+        let letterless = sign.filter(|&k| word.as_bytes()[k - 1] != b'e');
+        let word = match letterless {
+            Some(k) => format!("{}e{}", &word[..k], &word[k..]),
+            None => word,
+        };
+        match word.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(self.syntax(format!("{:?} is not a number", excerpt(&word)))),
         }
     }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use sha2::{Digest, Sha256};
 use smallvec::SmallVec;
 
-use super::{MeshFormat, ReadWarning, obj};
+use super::{MeshFormat, ReadWarning, obj, read_bytes};
 use crate::io::error::{Located, Place, Problem, ReadError};
 use crate::io::text::{self, hex};
 
@@ -56,7 +56,7 @@ pub fn read_control(file: impl AsRef<Path>) -> Result<ControlMesh, ReadError> {
     if MeshFormat::of(file) != Some(MeshFormat::Obj) {
         return Err(fail(Problem::NoControlFormat));
     }
-    let bytes = std::fs::read(file).map_err(|error| fail(Problem::Io(error)))?;
+    let bytes = read_bytes(file).map_err(fail)?;
     read_control_bytes(&bytes, file)
 }
 

@@ -1,130 +1,233 @@
-//! Abaqus and CalculiX decks: nodes, shell elements, their sets and thickness.
+//! Abaqus and CalculiX input decks: nodes, shell and solid elements, element sets.
 //!
-//! Read are `*NODE`, `*ELEMENT` of shells, `*NODAL THICKNESS` and the thickness
-//! of `*SHELL SECTION`. Parts, instances and included files are not followed.
+//! What is read: `*NODE`, `*ELEMENT` with `TYPE` and `ELSET`, `*ELSET` with `ELSET` and
+//! `GENERATE`. One level of parts; instances, includes and transforms are refused, as
+//! what they stand for would be missing.
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
-use super::deck::{Deck, whole};
+use super::elements::{ElementNames, Elements, Shape};
 use super::loaded::RawMesh;
 use crate::io::error::{Located, Place, Problem};
 use crate::io::text::{Lines, decode, excerpt, finite};
 
-/// What data lines mean.
-enum Mode {
-    Skip,
-    Node,
-    /// Corners, nodes in all, set.
-    Shell(usize, usize, Option<String>),
-    Other(String),
-    NodalThickness,
-    /// The set whose thickness the next line tells.
-    Section(String),
-}
+/// Keywords that bring in what is not in the file, or move what is.
+const REFUSED: [&str; 3] = ["*INCLUDE", "*INSTANCE", "*SYSTEM"];
 
-/// Corners and nodes of a shell element, if it is one.
-fn shell(kind: &str) -> Option<(usize, usize)> {
-    match kind {
-        "S3" | "S3R" | "STRI3" | "S3RS" | "M3D3" | "CPS3" | "R3D3" => Some((3, 3)),
-        "S6" | "STRI65" | "M3D6" => Some((3, 6)),
-        "S4" | "S4R" | "S4R5" | "S4RS" | "M3D4" | "R3D4" => Some((4, 4)),
-        "S8" | "S8R" | "S8R5" | "M3D8" => Some((4, 8)),
+/// Shape and number of nodes of an element type, by how its name begins; none for
+/// elements without faces, as beams and springs.
+fn shape(kind: &str) -> Option<(Shape, usize)> {
+    let kinds = [
+        ("C3D20", Shape::Hexahedron, 20),
+        ("C3D15", Shape::Prism, 15),
+        ("C3D10", Shape::Tetrahedron, 10),
+        ("C3D8", Shape::Hexahedron, 8),
+        ("C3D6", Shape::Prism, 6),
+        ("C3D5", Shape::Pyramid, 5),
+        ("C3D4", Shape::Tetrahedron, 4),
+        ("SC8", Shape::Hexahedron, 8),
+        ("SC6", Shape::Prism, 6),
+        ("STRI65", Shape::Triangle, 6),
+        ("STRI3", Shape::Triangle, 3),
+    ];
+    let found = kinds.into_iter().find(|(name, ..)| kind.starts_with(name));
+    if let Some((_, shape, nodes)) = found {
+        return Some((shape, nodes));
+    }
+    // Shells, membranes, plane and surface elements end their letters with the count.
+    let surface = ["SFM3D", "M3D", "CPS", "CPE", "S"];
+    let rest = surface.iter().find_map(|name| kind.strip_prefix(name))?;
+    match rest.bytes().next()? {
+        b'3' => Some((Shape::Triangle, 3)),
+        b'6' => Some((Shape::Triangle, 6)),
+        b'4' => Some((Shape::Quad, 4)),
+        b'8' => Some((Shape::Quad, 8)),
+        b'9' => Some((Shape::Quad, 9)),
         _ => None,
     }
 }
 
+/// An element before its sets are known.
+struct Pending {
+    number: u64,
+    shape: Shape,
+    nodes: Vec<u64>,
+    set: Option<u32>,
+    line: u64,
+}
+
+/// What the lines under a keyword are.
+#[derive(Clone)]
+enum Section {
+    Nodes,
+    Elements {
+        kind: Option<(Shape, usize)>,
+        set: Option<u32>,
+    },
+    Set {
+        set: u32,
+        generate: bool,
+    },
+    Other,
+}
+
+#[derive(Default)]
+struct File {
+    nodes: Elements,
+    pending: Vec<Pending>,
+    sets: Vec<String>,
+    members: FxHashMap<u64, Vec<u32>>,
+}
+
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
-    let mut deck = Deck::default();
-    let mut mode = Mode::Skip;
-    // Numbers of an element that goes on over several lines.
-    let mut pending: Vec<i64> = Vec::new();
+    let mut file = File::default();
+    let mut section = Section::Other;
+    // Words of an element that goes on over several lines.
+    let mut open: Vec<String> = Vec::new();
     for (line, raw) in Lines::new(bytes) {
         let text = decode(raw);
         let text = text.trim();
         if text.is_empty() || text.starts_with("**") {
             continue;
         }
-        if let Some(keyword) = text.strip_prefix('*') {
-            pending.clear();
-            mode = keyword_line(keyword, line)?;
+        if text.starts_with('*') {
+            open.clear();
+            section = file.keyword(text, line)?;
             continue;
         }
-        let words: Vec<&str> = text.split(',').map(str::trim).collect();
-        match &mode {
-            Mode::Skip => {}
-            Mode::Other(kind) => deck.skip(kind, line),
-            Mode::Node => {
-                let mut at = DVec3::ZERO;
-                for k in 0..3 {
-                    let word = words.get(k + 1).copied().unwrap_or("");
-                    if !word.is_empty() {
-                        at[k] = finite(word).map_err(|problem| (Place::Line(line), problem))?;
-                    }
-                }
-                deck.node(whole(words[0], line)?, at, line)?;
-            }
-            Mode::Shell(corners, nodes, name) => {
-                for word in words.iter().filter(|w| !w.is_empty()) {
-                    pending.push(whole(word, line)?);
-                }
-                if pending.len() > *nodes {
-                    let own = pending[1..=*corners].to_vec();
-                    deck.shell(own, name.clone(), Vec::new(), line);
-                    pending.clear();
-                }
-            }
-            Mode::NodalThickness => {
-                // A set in place of a number is passed over: nodes without a
-                // thickness are seen later.
-                if let (Ok(node), Some(word)) = (words[0].parse(), words.get(1)) {
-                    let t = finite(word).map_err(|problem| (Place::Line(line), problem))?;
-                    deck.thickness(node, t);
-                }
-            }
-            Mode::Section(set) => {
-                let t = finite(words[0]).map_err(|problem| (Place::Line(line), problem))?;
-                deck.thickness_of_set(set, t);
-                mode = Mode::Skip;
-            }
+        let words = text.split(',').map(|word| word.trim().to_owned());
+        open.extend(words.filter(|word| !word.is_empty()));
+        let needed = match &section {
+            Section::Elements {
+                kind: Some((_, nodes)),
+                ..
+            } => nodes + 1,
+            _ => 0,
+        };
+        if open.len() >= needed {
+            let words = std::mem::take(&mut open);
+            file.data(&section, &words, line)?;
         }
     }
-    deck.finish()
+    file.finish()
 }
 
-fn keyword_line(keyword: &str, line: u64) -> Result<Mode, Located> {
-    let mut words = keyword.split(',').map(str::trim);
-    let name = words.next().unwrap_or("").to_ascii_uppercase();
-    let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
-    let parameters: Vec<(String, String)> = words
-        .map(|word| {
-            let (key, value) = word.split_once('=').unwrap_or((word, ""));
-            (
-                key.trim().to_ascii_uppercase(),
-                value.trim().to_ascii_uppercase(),
-            )
-        })
-        .collect();
-    let value = |key: &str| {
-        let found = parameters.iter().find(|p| p.0 == key);
-        found.map(|p| p.1.clone())
-    };
-    Ok(match name.as_str() {
-        "NODE" => Mode::Node,
-        "ELEMENT" => {
-            let kind = value("TYPE").unwrap_or_default();
-            match shell(&kind) {
-                Some((corners, nodes)) => Mode::Shell(corners, nodes, value("ELSET")),
-                None => Mode::Other(excerpt(&kind)),
-            }
-        }
-        "NODAL THICKNESS" => Mode::NodalThickness,
-        "SHELL SECTION" if value("NODAL THICKNESS").is_none() => {
-            value("ELSET").map_or(Mode::Skip, Mode::Section)
-        }
-        "INCLUDE" => {
-            let message = "included files are not read; put all in one file".to_owned();
+impl File {
+    fn keyword(&mut self, text: &str, line: u64) -> Result<Section, Located> {
+        let mut parts = text.split(',').map(str::trim);
+        let word = parts.next().unwrap_or("").to_ascii_uppercase();
+        let options: Vec<(String, &str)> = parts
+            .map(|part| {
+                let (key, value) = part.split_once('=').unwrap_or((part, ""));
+                (
+                    key.trim().to_ascii_uppercase(),
+                    value.trim().trim_matches('"'),
+                )
+            })
+            .collect();
+        let option = |name: &str| options.iter().find(|(key, _)| key == name).map(|o| o.1);
+        if REFUSED.contains(&word.as_str()) {
+            let message = format!("{word} is not followed here");
             return Err((Place::Line(line), Problem::Syntax(message)));
         }
-        _ => Mode::Skip,
-    })
+        Ok(match word.as_str() {
+            "*NODE" => Section::Nodes,
+            "*ELEMENT" => Section::Elements {
+                kind: shape(&option("TYPE").unwrap_or("").to_ascii_uppercase()),
+                set: option("ELSET").map(|name| self.set(name)),
+            },
+            "*ELSET" => Section::Set {
+                set: self.set(option("ELSET").unwrap_or("")),
+                generate: option("GENERATE").is_some(),
+            },
+            _ => Section::Other,
+        })
+    }
+
+    fn set(&mut self, name: &str) -> u32 {
+        let known = self
+            .sets
+            .iter()
+            .position(|set| set.eq_ignore_ascii_case(name));
+        known.unwrap_or_else(|| {
+            self.sets.push(name.to_owned());
+            self.sets.len() - 1
+        }) as u32
+    }
+
+    fn data(&mut self, section: &Section, words: &[String], line: u64) -> Result<(), Located> {
+        let place = Place::Line(line);
+        let number = |word: &String| -> Result<u64, Located> {
+            let message = format!("{:?} is not a whole number", excerpt(word));
+            word.parse().map_err(|_| (place, Problem::Syntax(message)))
+        };
+        match section {
+            Section::Nodes => {
+                let mut at = DVec3::ZERO;
+                for axis in 0..3 {
+                    // What is left away is zero.
+                    if let Some(word) = words.get(axis + 1) {
+                        at[axis] = finite(word).map_err(|problem| (place, problem))?;
+                    }
+                }
+                self.nodes.node(number(&words[0])?, at);
+            }
+            Section::Elements {
+                kind: Some((shape, count)),
+                set,
+            } => {
+                let numbers: Vec<u64> = words.iter().map(number).collect::<Result<_, _>>()?;
+                self.pending.push(Pending {
+                    number: numbers[0],
+                    shape: *shape,
+                    nodes: numbers[1..=*count].to_vec(),
+                    set: *set,
+                    line,
+                });
+            }
+            Section::Set {
+                set,
+                generate: true,
+            } => {
+                let [first, last] = [0, 1].map(|k| words.get(k).map_or(Ok(0), number));
+                let step = words.get(2).map_or(Ok(1), number)?.max(1);
+                let (first, last) = (first?, last?);
+                // Only numbers of elements matter, whatever the range claims.
+                for element in &self.pending {
+                    let n = element.number;
+                    if (first..=last).contains(&n) && (n - first) % step == 0 {
+                        self.members.entry(n).or_default().push(*set);
+                    }
+                }
+            }
+            Section::Set { set, .. } => {
+                for word in words {
+                    // Sets may name other sets; those are not followed.
+                    if let Ok(element) = word.parse() {
+                        self.members.entry(element).or_default().push(*set);
+                    }
+                }
+            }
+            Section::Elements { kind: None, .. } | Section::Other => {}
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<RawMesh, Located> {
+        for element in &self.pending {
+            let mut sets: Vec<u32> = element.set.into_iter().collect();
+            sets.extend(self.members.get(&element.number).into_iter().flatten());
+            sets.sort_unstable();
+            sets.dedup();
+            let groups = sets.iter().map(|&set| self.sets[set as usize].clone());
+            let names = self.nodes.names(ElementNames {
+                groups: groups.collect(),
+                object: None,
+            });
+            self.nodes
+                .element(element.shape, &element.nodes, names, element.line)?;
+        }
+        self.nodes.finish()
+    }
 }

@@ -44,7 +44,7 @@ impl LoadedMesh {
             (Some(&facet), FacetPlaces::Strided { start, stride }) => {
                 Place::Byte(start + stride * u64::from(facet))
             }
-            (None, _) => Place::Whole,
+            (Some(_), FacetPlaces::None) | (None, _) => Place::Whole,
         }
     }
 }
@@ -80,7 +80,12 @@ pub struct ReadWarning {
 pub(crate) enum FacetPlaces {
     Lines(Vec<u64>),
     Bytes(Vec<u64>),
-    Strided { start: u64, stride: u64 },
+    Strided {
+        start: u64,
+        stride: u64,
+    },
+    /// They stand in no file that the user has.
+    None,
 }
 
 /// What the readers hand up.

@@ -1,8 +1,10 @@
 //! Mesh readers: one file a format.
 
 mod bdf;
+mod bytes;
+mod cad;
 mod control;
-mod deck;
+mod elements;
 mod inp;
 mod loaded;
 mod msh;
@@ -17,6 +19,8 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+pub(crate) use bytes::read_bytes;
+pub use bytes::{MAX_INPUT, limit_input};
 pub use control::{ControlMesh, read_control, read_control_bytes};
 pub use loaded::{LoadedMesh, PlyValues, ReadWarning};
 pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_any_surface, read_surface};
@@ -36,11 +40,11 @@ pub enum MeshFormat {
     Ply,
     /// OFF, ASCII.
     Off,
-    /// Gmsh, ASCII.
+    /// Gmsh MSH 2.2 or 4.1, ASCII.
     Msh,
-    /// Abaqus or CalculiX deck: its shells.
+    /// Abaqus or CalculiX input deck.
     Inp,
-    /// Nastran bulk data: its shells.
+    /// Nastran bulk data.
     Bdf,
 }
 
@@ -61,7 +65,8 @@ impl MeshFormat {
     }
 }
 
-/// Reads a mesh file; the suffix of its name tells the format.
+/// Reads a mesh file; the suffix of its name tells the format. A CAD model (.step,
+/// .stp, .iges, .igs, .brep) is meshed by Gmsh, if that is installed.
 ///
 /// # Errors
 ///
@@ -73,8 +78,17 @@ pub fn read_mesh(file: impl AsRef<Path>) -> Result<LoadedMesh, ReadError> {
     if meta.is_dir() {
         return Err(fail(Problem::NotAFile));
     }
+    if cad::is_cad(file) {
+        let bytes = read_bytes(file).map_err(fail)?;
+        let made = cad::mesh(file).map_err(|located| ReadError::new(file, located))?;
+        let mut loaded = read_mesh_bytes(&made, MeshFormat::Msh, file)?;
+        // Lines of the mesh in between mean nothing to the user.
+        loaded.places = loaded::FacetPlaces::None;
+        loaded.sha256 = hex(&Sha256::digest(bytes));
+        return Ok(loaded);
+    }
     let format = MeshFormat::of(file).ok_or_else(|| fail(Problem::UnknownFormat))?;
-    let bytes = std::fs::read(file).map_err(|error| fail(Problem::Io(error)))?;
+    let bytes = read_bytes(file).map_err(fail)?;
     read_mesh_bytes(&bytes, format, file)
 }
 

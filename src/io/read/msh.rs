@@ -1,243 +1,276 @@
-//! Gmsh meshes, ASCII, of versions 4.1 and 2.2: triangles and quads of any
-//! order by their corners, the physical group or surface that holds them, and
-//! nodal data called `thickness`.
+//! Gmsh MSH, versions 2.2 and 4.1, ASCII: nodes and elements, with the names of
+//! physical groups and the numbers of entities.
+//!
+//! Every facet is in the group `face N` of its surface entity and in those of its
+//! physical groups; where volumes are known, its object is `solid N`.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::deck::{Deck, whole};
+use super::elements::{ElementNames, Elements, Shape};
 use super::loaded::RawMesh;
 use crate::io::error::{Located, Place, Problem};
-use crate::io::text::{Lines, decode, finite};
+use crate::io::text::{Lines, decode, excerpt, finite};
 
-/// Lines with their words.
-struct Rows<'b> {
-    lines: Lines<'b>,
-    last: u64,
+/// Shape and number of nodes for Gmsh's element types that have faces.
+fn shape(kind: u64) -> Option<Shape> {
+    Some(match kind {
+        2 | 9 | 20 | 21 => Shape::Triangle,
+        3 | 10 | 16 => Shape::Quad,
+        4 | 11 => Shape::Tetrahedron,
+        5 | 12 | 17 => Shape::Hexahedron,
+        6 | 13 | 18 => Shape::Prism,
+        7 | 14 | 19 => Shape::Pyramid,
+        _ => return None,
+    })
 }
-
-impl Rows<'_> {
-    fn next(&mut self) -> Option<Vec<String>> {
-        loop {
-            let (line, raw) = self.lines.next()?;
-            self.last = line;
-            let text = decode(raw);
-            let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
-            if !words.is_empty() {
-                return Some(words);
-            }
-        }
-    }
-
-    fn row(&mut self, least: usize) -> Result<Vec<String>, Located> {
-        match self.next() {
-            Some(words) if words.len() >= least && !words[0].starts_with('$') => Ok(words),
-            Some(_) => Err(self.refuse(format!("expected {least} figures"))),
-            None => {
-                let message = "a section does not end".to_owned();
-                Err((Place::Line(self.last), Problem::Truncated(message)))
-            }
-        }
-    }
-
-    fn whole(&self, word: &str) -> Result<i64, Located> {
-        whole(word, self.last)
-    }
-
-    fn wholes(&mut self, least: usize) -> Result<Vec<i64>, Located> {
-        let words = self.row(least)?;
-        words.iter().map(|w| self.whole(w)).collect()
-    }
-
-    fn real(&self, word: &str) -> Result<f64, Located> {
-        finite(word).map_err(|problem| (Place::Line(self.last), problem))
-    }
-
-    fn point(&self, words: &[String]) -> Result<DVec3, Located> {
-        Ok(DVec3::new(
-            self.real(&words[0])?,
-            self.real(&words[1])?,
-            self.real(&words[2])?,
-        ))
-    }
-
-    fn refuse(&self, message: String) -> Located {
-        (Place::Line(self.last), Problem::Syntax(message))
-    }
-}
-
-/// Corners of an element type, if it is a triangle or quad.
-fn corners(kind: i64) -> Option<usize> {
-    match kind {
-        2 | 9 | 20 | 21 | 22 | 23 => Some(3),
-        3 | 10 | 16 => Some(4),
-        _ => None,
-    }
-}
-
-/// Names by dimension and physical tag.
-type Names = FxHashMap<(i64, i64), String>;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
-    let mut rows = Rows {
-        lines: Lines::new(bytes),
-        last: 1,
-    };
-    let mut deck = Deck::default();
-    let mut names = Names::default();
-    // Physical group of each surface.
-    let mut groups: FxHashMap<i64, i64> = FxHashMap::default();
-    let mut version = 4.1;
-    while let Some(words) = rows.next() {
-        match words[0].as_str() {
-            "$MeshFormat" => {
-                let head = rows.row(2)?;
-                version = rows.real(&head[0])?;
-                if head[1] != "0" {
-                    return Err(rows.refuse(
-                        "binary .msh is not read; write it with `gmsh -format msh41` as text"
-                            .to_owned(),
-                    ));
-                }
-                if version != 2.2 && version != 4.1 {
-                    return Err(
-                        rows.refuse(format!("version {version} is not read; write 4.1 or 2.2"))
-                    );
-                }
+    let mut rows = Rows::new(bytes);
+    let mut file = File::default();
+    let mut version = None;
+    while let Some(row) = rows.next_row() {
+        match (row.words[0].as_str(), version) {
+            ("$MeshFormat", _) => version = Some(format(&rows.row()?)?),
+            ("$PhysicalNames", _) => file.physical_names(&mut rows)?,
+            ("$Entities", Some(Version::Four)) => file.entities(&mut rows)?,
+            ("$Nodes", Some(Version::Two)) => file.nodes_2(&mut rows)?,
+            ("$Nodes", Some(Version::Four)) => file.nodes_4(&mut rows)?,
+            ("$Elements", Some(Version::Two)) => file.elements_2(&mut rows)?,
+            ("$Elements", Some(Version::Four)) => file.elements_4(&mut rows)?,
+            (word, None) => {
+                let message = format!("{:?} comes before $MeshFormat", excerpt(word));
+                return Err(row.syntax(message));
             }
-            "$PhysicalNames" => {
-                let count = rows.wholes(1)?[0];
-                for _ in 0..count {
-                    let row = rows.row(3)?;
-                    let name = row[2..].join(" ").trim_matches('"').to_owned();
-                    names.insert((rows.whole(&row[0])?, rows.whole(&row[1])?), name);
-                }
-            }
-            "$Entities" => entities(&mut rows, &mut groups)?,
-            "$Nodes" if version == 4.1 => nodes_4(&mut rows, &mut deck)?,
-            "$Nodes" => {
-                for _ in 0..rows.wholes(1)?[0] {
-                    let row = rows.row(4)?;
-                    deck.node(rows.whole(&row[0])?, rows.point(&row[1..])?, rows.last)?;
-                }
-            }
-            "$Elements" if version == 4.1 => elements_4(&mut rows, &mut deck, &names, &groups)?,
-            "$Elements" => elements_2(&mut rows, &mut deck, &names)?,
-            "$NodeData" => node_data(&mut rows, &mut deck)?,
             _ => {}
         }
     }
-    deck.finish()
+    if version.is_none() {
+        let message = "an MSH file starts with $MeshFormat".to_owned();
+        return Err((Place::Whole, Problem::Syntax(message)));
+    }
+    file.elements.finish()
 }
 
-fn entities(rows: &mut Rows, groups: &mut FxHashMap<i64, i64>) -> Result<(), Located> {
-    let counts = rows.wholes(4)?;
-    for _ in 0..counts[0] + counts[1] {
-        rows.row(1)?;
-    }
-    for _ in 0..counts[2] {
-        let row = rows.row(8)?;
-        if rows.whole(&row[7])? > 0
-            && let Some(group) = row.get(8)
-        {
-            groups.insert(rows.whole(&row[0])?, rows.whole(group)?);
-        }
-    }
-    Ok(())
+#[derive(Clone, Copy)]
+enum Version {
+    Two,
+    Four,
 }
 
-fn nodes_4(rows: &mut Rows, deck: &mut Deck) -> Result<(), Located> {
-    let blocks = rows.wholes(4)?[0];
-    for _ in 0..blocks {
-        let count = rows.wholes(4)?[3];
-        let mut ids = Vec::new();
-        for _ in 0..count {
-            ids.push(rows.wholes(1)?[0]);
-        }
-        for id in ids {
-            let row = rows.row(3)?;
-            deck.node(id, rows.point(&row)?, rows.last)?;
+fn format(row: &Row) -> Result<Version, Located> {
+    if row.words.get(1).is_some_and(|word| word == "1") {
+        let message = "binary MSH is not read: save it as ASCII, in Gmsh with Mesh.Binary = 0";
+        return Err(row.syntax(message.to_owned()));
+    }
+    match row.words[0].as_str() {
+        "2" | "2.0" | "2.1" | "2.2" => Ok(Version::Two),
+        "4.1" => Ok(Version::Four),
+        other => {
+            let message = format!("version {:?} is neither 2.2 nor 4.1", excerpt(other));
+            Err(row.syntax(message))
         }
     }
-    Ok(())
 }
 
-fn elements_4(
-    rows: &mut Rows,
-    deck: &mut Deck,
-    names: &Names,
-    groups: &FxHashMap<i64, i64>,
-) -> Result<(), Located> {
-    let blocks = rows.wholes(4)?[0];
-    for _ in 0..blocks {
-        let head = rows.wholes(4)?;
-        let [dimension, entity, kind, count] = [head[0], head[1], head[2], head[3]];
-        let group = groups.get(&entity);
-        let named = group.and_then(|&g| names.get(&(2, g)).cloned());
-        let name = named.unwrap_or_else(|| format!("surface_{entity}"));
-        for _ in 0..count {
-            let row = rows.wholes(2)?;
-            match corners(kind) {
-                Some(n) if row.len() > n => {
-                    deck.shell(
-                        row[1..=n].to_vec(),
-                        Some(name.clone()),
-                        Vec::new(),
-                        rows.last,
-                    );
+/// What is known of a file so far.
+#[derive(Default)]
+struct File {
+    elements: Elements,
+    /// By dimension and number.
+    physical: FxHashMap<(u64, u64), String>,
+    /// Physical groups of entities, by dimension and number.
+    groups_of: FxHashMap<(u64, u64), Vec<u64>>,
+    /// The volume that a surface bounds; the first of two.
+    solid_of: FxHashMap<u64, u64>,
+}
+
+impl File {
+    fn physical_names(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        for _ in 0..rows.row()?.number(0)? {
+            let row = rows.row()?;
+            let name = row.text.split('"').nth(1).unwrap_or("").to_owned();
+            self.physical.insert((row.number(0)?, row.number(1)?), name);
+        }
+        Ok(())
+    }
+
+    fn entities(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        let row = rows.row()?;
+        for dimension in 0..4 {
+            // A point has one corner, all else a box.
+            let first = if dimension == 0 { 4 } else { 7 };
+            for _ in 0..row.number(dimension as usize)? {
+                let row = rows.row()?;
+                let tag = row.number(0)?;
+                let count = row.number(first)? as usize;
+                let groups = (0..count).map(|k| row.signed(first + 1 + k).map(i64::unsigned_abs));
+                let groups = groups.collect::<Result<Vec<u64>, Located>>()?;
+                self.groups_of.insert((dimension, tag), groups);
+                if dimension == 3 {
+                    let at = first + 1 + count;
+                    for k in 0..row.number(at)? as usize {
+                        let surface = row.signed(at + 1 + k)?.unsigned_abs();
+                        self.solid_of.entry(surface).or_insert(tag);
+                    }
                 }
-                Some(n) => return Err(rows.refuse(format!("expected {n} nodes"))),
-                // Points and lines are no elements of a surface.
-                None if dimension < 2 => {}
-                None => deck.skip(&format!("type {kind}"), rows.last),
             }
         }
+        Ok(())
     }
-    Ok(())
-}
 
-fn elements_2(rows: &mut Rows, deck: &mut Deck, names: &Names) -> Result<(), Located> {
-    for _ in 0..rows.wholes(1)?[0] {
-        let row = rows.wholes(3)?;
-        let tags = usize::try_from(row[2]).unwrap_or(0);
-        let Some(n) = corners(row[1]) else {
-            if !matches!(row[1], 1 | 8 | 15) {
-                deck.skip(&format!("type {}", row[1]), rows.last);
+    fn nodes_2(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        for _ in 0..rows.row()?.number(0)? {
+            let row = rows.row()?;
+            self.elements.node(row.number(0)?, row.point(1)?);
+        }
+        Ok(())
+    }
+
+    fn nodes_4(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        for _ in 0..rows.row()?.number(0)? {
+            let count = rows.row()?.number(3)?;
+            let mut tags = Vec::new();
+            for _ in 0..count {
+                tags.push(rows.row()?.number(0)?);
             }
-            continue;
+            for tag in tags {
+                let row = rows.row()?;
+                self.elements.node(tag, row.point(0)?);
+            }
+        }
+        Ok(())
+    }
+
+    fn elements_2(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        for _ in 0..rows.row()?.number(0)? {
+            let row = rows.row()?;
+            let Some(shape) = shape(row.number(1)?) else {
+                continue;
+            };
+            // Physical group, then entity; both may be missing.
+            let tags = row.number(2)? as usize;
+            let tag = |k: usize| if k < tags { row.number(3 + k) } else { Ok(0) };
+            let groups = [tag(0)?].into_iter().filter(|&g| g > 0).collect::<Vec<_>>();
+            let names = self.names(shape, tag(1)?, &groups);
+            self.element(shape, &row, 3 + tags, names)?;
+        }
+        Ok(())
+    }
+
+    fn elements_4(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        for _ in 0..rows.row()?.number(0)? {
+            let block = rows.row()?;
+            let (dimension, tag) = (block.number(0)?, block.number(1)?);
+            let shape = shape(block.number(2)?);
+            let groups = self.groups_of.get(&(dimension, tag)).cloned();
+            let names = shape.map(|shape| self.names(shape, tag, &groups.unwrap_or_default()));
+            for _ in 0..block.number(3)? {
+                let row = rows.row()?;
+                if let (Some(shape), Some(names)) = (shape, names) {
+                    self.element(shape, &row, 1, names)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Names of the elements of an entity.
+    fn names(&mut self, shape: Shape, tag: u64, groups: &[u64]) -> u32 {
+        let surface = matches!(shape, Shape::Triangle | Shape::Quad);
+        let dimension = if surface { 2 } else { 3 };
+        let mut names = ElementNames::default();
+        if surface && tag > 0 {
+            names.groups.push(format!("face {tag}"));
+        }
+        for &group in groups {
+            let name = self.physical.get(&(dimension, group));
+            names
+                .groups
+                .push(name.map_or_else(|| format!("group {group}"), String::clone));
+        }
+        let solid = if surface {
+            self.solid_of.get(&tag).copied()
+        } else {
+            Some(tag)
         };
-        let nodes = row
-            .get(3usize.saturating_add(tags)..)
-            .filter(|nodes| nodes.len() >= n);
-        let nodes = nodes.ok_or_else(|| rows.refuse(format!("expected {n} nodes")))?;
-        let named = row.get(3).and_then(|&g| names.get(&(2, g)).cloned());
-        let name = named.or_else(|| row.get(4).map(|entity| format!("surface_{entity}")));
-        deck.shell(nodes[..n].to_vec(), name, Vec::new(), rows.last);
+        names.object = solid.map(|solid| format!("solid {solid}"));
+        self.elements.names(names)
     }
-    Ok(())
+
+    fn element(
+        &mut self,
+        shape: Shape,
+        row: &Row,
+        first: usize,
+        names: u32,
+    ) -> Result<(), Located> {
+        let nodes = (first..row.words.len()).map(|k| row.number(k));
+        let nodes = nodes.collect::<Result<Vec<u64>, Located>>()?;
+        self.elements.element(shape, &nodes, names, row.line)
+    }
 }
 
-fn node_data(rows: &mut Rows, deck: &mut Deck) -> Result<(), Located> {
-    let mut name = String::new();
-    for n in 0..rows.wholes(1)?[0] {
-        let row = rows.row(1)?;
-        if n == 0 {
-            name = row.join(" ").trim_matches('"').to_owned();
+/// Lines that hold something.
+struct Rows<'a> {
+    lines: Lines<'a>,
+    end: u64,
+}
+
+/// A line in words; there is one at least.
+struct Row {
+    text: String,
+    words: Vec<String>,
+    line: u64,
+}
+
+impl<'a> Rows<'a> {
+    fn new(bytes: &'a [u8]) -> Rows<'a> {
+        Rows {
+            lines: Lines::new(bytes),
+            end: bytes.len() as u64,
         }
     }
-    for _ in 0..rows.wholes(1)?[0] {
-        rows.row(1)?;
+
+    fn next_row(&mut self) -> Option<Row> {
+        self.lines.by_ref().find_map(|(line, raw)| {
+            let text = decode(raw).into_owned();
+            let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+            (!words.is_empty()).then_some(Row { text, words, line })
+        })
     }
-    let mut tags = Vec::new();
-    for _ in 0..rows.wholes(1)?[0] {
-        tags.push(rows.wholes(1)?[0]);
+
+    /// The next line, which must be there.
+    fn row(&mut self) -> Result<Row, Located> {
+        let message = "a section is cut short".to_owned();
+        let row = self.next_row();
+        row.ok_or((Place::Byte(self.end), Problem::Truncated(message)))
     }
-    let count = tags.get(2).copied().unwrap_or(0);
-    for _ in 0..count {
-        let row = rows.row(2)?;
-        if name == "thickness" {
-            deck.thickness(rows.whole(&row[0])?, rows.real(&row[1])?);
-        }
+}
+
+impl Row {
+    fn syntax(&self, message: String) -> Located {
+        (Place::Line(self.line), Problem::Syntax(message))
     }
-    Ok(())
+
+    fn word(&self, at: usize) -> &str {
+        self.words.get(at).map_or("", String::as_str)
+    }
+
+    fn number(&self, at: usize) -> Result<u64, Located> {
+        let word = self.word(at);
+        let bad = || self.syntax(format!("{:?} is not a whole number", excerpt(word)));
+        word.parse().map_err(|_| bad())
+    }
+
+    fn signed(&self, at: usize) -> Result<i64, Located> {
+        let word = self.word(at);
+        let bad = || self.syntax(format!("{:?} is not a whole number", excerpt(word)));
+        word.parse().map_err(|_| bad())
+    }
+
+    fn point(&self, at: usize) -> Result<DVec3, Located> {
+        let coordinate = |k| finite(self.word(at + k)).map_err(|p| (Place::Line(self.line), p));
+        Ok(DVec3::new(coordinate(0)?, coordinate(1)?, coordinate(2)?))
+    }
 }

@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 use tobj::LoadOptions;
 
 use super::loaded::{FacetPlaces, RawMesh, ReadWarning};
-use super::polygon::FacetSink;
+use super::polygon::{FacetSink, MOST_CORNERS};
 use crate::io::error::{Located, Place, Problem};
 use crate::io::names::NamesBuilder;
 use crate::io::text::{Lines, decode, excerpt, finite};
@@ -188,6 +188,11 @@ impl Scan {
         for word in rest.split_whitespace() {
             if word.starts_with('#') {
                 break;
+            }
+            if corners == MOST_CORNERS {
+                // Counted no further, and kept neither.
+                let corners = rest.split_whitespace().count();
+                return Err((place, Problem::ManyCorners { corners }));
             }
             let index = vertex_index(word).map_err(|problem| (place, problem))?;
             let resolved = match index {

@@ -10,10 +10,12 @@ use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
 
+use super::bytes::room;
 use super::loaded::{FacetPlaces, PlyValues, RawMesh};
 use super::polygon::FacetSink;
 use crate::io::error::{Located, Place, Problem};
 use crate::io::names::FacetNames;
+use crate::io::quote::quoted;
 use crate::io::text::{Lines, corner, decode, excerpt, finite};
 
 /// Numbers of a vertex and of an edge that are read: the point, the ends, and
@@ -207,7 +209,7 @@ impl<'a> Body<'a> {
             self.check_count(element)?;
             match name.as_str() {
                 "vertex" => {
-                    positions.reserve(element.count);
+                    room(&mut positions, element.count)?;
                     for _ in 0..element.count {
                         let (place, vertex) = self.element::<Numbers>(element)?;
                         // check_header has seen x, y and z.
@@ -224,14 +226,20 @@ impl<'a> Body<'a> {
                     }
                 }
                 "face" => {
-                    faces.reserve(element.count);
+                    room(&mut faces, element.count)?;
                     for _ in 0..element.count {
                         let (place, face) = self.element::<Face>(element)?;
+                        // At once, lest a file of nothing but short lists
+                        // takes many times its size.
+                        let corners = face.corners.len();
+                        if corners < 3 {
+                            return Err((place, Problem::FewCorners { corners }));
+                        }
                         faces.push((place, face.corners));
                     }
                 }
                 "edge" if has_kinds(element) => {
-                    values.edges.reserve(element.count);
+                    room(&mut values.edges, element.count)?;
                     for _ in 0..element.count {
                         let (place, edge) = self.element::<Numbers>(element)?;
                         let [.., kind, from, to] = edge.0.map(Option::unwrap_or_default);
@@ -260,10 +268,6 @@ impl<'a> Body<'a> {
             for &index in face {
                 let corner = corner(index, positions.len());
                 corners.push(corner.map_err(|problem| (*place, problem))?);
-            }
-            if corners.len() < 3 {
-                let corners = corners.len();
-                return Err((*place, Problem::FewCorners { corners }));
             }
             sink.push(&corners, &positions, *place)?;
             offsets.push(match *place {
@@ -412,6 +416,19 @@ fn truncated(element: &ElementDef) -> Problem {
 
 fn check_header(header: &Header) -> Result<(), Located> {
     let fail = |message: String| Err((Place::Whole, Problem::Syntax(message)));
+    for (name, element) in &header.elements {
+        for (property, definition) in &element.properties {
+            if let PropertyType::List(ScalarType::Float | ScalarType::Double, _) =
+                definition.data_type
+            {
+                return fail(format!(
+                    "the list {} of the element {} has a count declared as floating point",
+                    quoted(property),
+                    quoted(name)
+                ));
+            }
+        }
+    }
     let Some(vertex) = header.elements.get("vertex") else {
         return fail("the header names no element `vertex`".to_owned());
     };

@@ -9,7 +9,7 @@ use crate::mesh::TriMesh;
 
 /// Ear clipping takes quadratic time; beyond this many corners a file is
 /// asked for triangles instead.
-const MOST_CORNERS: usize = 20_000;
+pub(crate) const MOST_CORNERS: usize = 20_000;
 
 /// Full searches for ears before a polygon is given up; spirals need a few.
 const MOST_SEARCHES: usize = 64;

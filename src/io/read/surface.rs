@@ -7,8 +7,11 @@ use miette::Diagnostic;
 use smallvec::SmallVec;
 use thiserror::Error;
 
+use super::read_bytes;
 use super::{LoadedMesh, MeshFormat, ReadWarning, read_mesh};
+use crate::io::Place;
 use crate::io::error::ReadError;
+use crate::io::quote::{bounded, shown_path};
 use crate::io::text::{Lines, decode, excerpt};
 use crate::io::write::{thickness_file, vertex_code};
 use crate::mesh::weld_exact;
@@ -63,7 +66,7 @@ pub enum SurfaceReadError {
     #[diagnostic(transparent)]
     Mesh(#[from] ReadError),
     /// No radius or thickness.
-    #[error("{}: no thickness: {looked}", file.display())]
+    #[error("{}: no thickness: {looked}", shown_path(file))]
     #[diagnostic(help(
         "give a .ply with a vertex property `radius` or `thickness`, or an .obj with NAME.thickness.csv beside it, as `midsurf extract` writes them"
     ))]
@@ -73,18 +76,8 @@ pub enum SurfaceReadError {
         /// Where it was looked for.
         looked: String,
     },
-    /// The table could not be read.
-    #[error("{}: cannot be read: {source}", file.display())]
-    #[diagnostic(help("check the path and the permissions"))]
-    Io {
-        /// The table.
-        file: PathBuf,
-        /// What the system said.
-        #[source]
-        source: std::io::Error,
-    },
     /// A line of the table makes no sense.
-    #[error("{}, line {line}: {problem}", file.display())]
+    #[error("{}, line {line}: {}", shown_path(file), bounded(problem))]
     #[diagnostic(help(
         "the table has a header `vertex_index,thickness` or `vertex_index,radius`, and one line for every vertex, counted from 0"
     ))]
@@ -97,7 +90,10 @@ pub enum SurfaceReadError {
         problem: String,
     },
     /// A radius or thickness is none.
-    #[error("{}: the radius {radius} of vertex {vertex} is not a length ({count} such in all)", file.display())]
+    #[error(
+        "{}: the radius {radius} of vertex {vertex} is not a length ({count} such in all)",
+        shown_path(file)
+    )]
     #[diagnostic(help(
         "every vertex needs a radius or thickness that is zero or more; extract the mid-surface again"
     ))]
@@ -138,7 +134,7 @@ pub fn read_surface(file: &Path, table: Option<&Path>) -> Result<LoadedSurface, 
                 file: file.into(),
                 looked: format!(
                     "the file gives none for its vertices, and there is no {}",
-                    beside.display()
+                    shown_path(&beside)
                 ),
             });
         }
@@ -256,10 +252,8 @@ fn halved(mut thickness: Vec<f64>, file: &Path) -> (Vec<f64>, RadiusSource) {
 
 /// Radii of all vertices from a table.
 fn read_table(file: &Path, count: usize) -> Result<(Vec<f64>, RadiusSource), SurfaceReadError> {
-    let bytes = std::fs::read(file).map_err(|source| SurfaceReadError::Io {
-        file: file.into(),
-        source,
-    })?;
+    let bytes =
+        read_bytes(file).map_err(|problem| ReadError::new(file, (Place::Whole, problem)))?;
     let fail = |line: u64, problem: String| SurfaceReadError::Table {
         file: file.into(),
         line,

@@ -24,15 +24,18 @@ mod vtu;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use miette::Diagnostic;
 use thiserror::Error;
+
+use crate::io::quote::shown_path;
 
 pub use fields::{Figures, stage_fields};
 pub use inp::Dialect;
 pub use painted::stage_deviation;
 pub use shell::{ShellFormat, ShellOptions, stage_shell, write_shell};
 pub use solid::{Shade, SolidFormat, stage_solid, write_solid};
-pub use stage::{Staged, check_target, stage};
+pub use stage::{Staged, abandon, check_target, stage};
 pub use template::Template;
 
 use crate::surface::{BorderKind, MidSurface, VertexKind};
@@ -42,7 +45,7 @@ use crate::surface::{BorderKind, MidSurface, VertexKind};
 #[non_exhaustive]
 pub enum WriteError {
     /// Suffix of no known format.
-    #[error("{}: has no suffix of a known output format", file.display())]
+    #[error("{}: has no suffix of a known output format", shown_path(file))]
     #[diagnostic(help("use {known}"))]
     UnknownFormat {
         /// The file asked for.
@@ -51,7 +54,11 @@ pub enum WriteError {
         known: &'static str,
     },
     /// The folder is not there.
-    #[error("{}: the folder {} does not exist", file.display(), folder.display())]
+    #[error(
+        "{}: the folder {} does not exist",
+        shown_path(file),
+        shown_path(folder)
+    )]
     #[diagnostic(help("create the folder first, or write elsewhere"))]
     NoFolder {
         /// The file asked for.
@@ -60,14 +67,17 @@ pub enum WriteError {
         folder: PathBuf,
     },
     /// The name belongs to a folder or a device.
-    #[error("{}: is not a regular file and will not be replaced", file.display())]
+    #[error("{}: is not a regular file and will not be replaced", shown_path(file))]
     #[diagnostic(help("choose another name"))]
     NotAFile {
         /// The file asked for.
         file: PathBuf,
     },
     /// Two outputs, or an output and an input, have the same name.
-    #[error("{}: this file is named twice, as {first} and as {second}", file.display())]
+    #[error(
+        "{}: this file is named twice, as {first} and as {second}",
+        shown_path(file)
+    )]
     #[diagnostic(help("give every file its own name"))]
     NamedTwice {
         /// The file.
@@ -77,8 +87,20 @@ pub enum WriteError {
         /// The other role.
         second: &'static str,
     },
+    /// A number that no file should hold.
+    #[error(
+        "{}: vertex {vertex} would be written with a number that is not finite",
+        shown_path(file)
+    )]
+    #[diagnostic(help("take a part of smaller coordinates, or smaller lengths"))]
+    NotFinite {
+        /// The file asked for.
+        file: PathBuf,
+        /// The first such vertex, counted from 0.
+        vertex: usize,
+    },
     /// The system refused.
-    #[error("{}: cannot be written: {source}", file.display())]
+    #[error("{}: cannot be written: {source}", shown_path(file))]
     #[diagnostic(help("check free space and permissions; nothing was left behind"))]
     Io {
         /// The file asked for.
@@ -131,6 +153,29 @@ pub struct SurfaceOptions {
     /// Write seams and borders into OBJ files too, as `l` lines in groups of
     /// their own. Off by default, as many readers refuse or misread them.
     pub obj_lines: bool,
+}
+
+/// Refuses positions that are not finite as they will be written: the last
+/// check before any file of a mesh. A [`MidSurface`] holds no others.
+pub(crate) fn check_finite(
+    positions: &[DVec3],
+    single: bool,
+    file: &Path,
+) -> Result<(), WriteError> {
+    let finite = |p: &DVec3| {
+        if single {
+            p.as_vec3().is_finite()
+        } else {
+            p.is_finite()
+        }
+    };
+    match positions.iter().position(|p| !finite(p)) {
+        None => Ok(()),
+        Some(vertex) => Err(WriteError::NotFinite {
+            file: file.to_owned(),
+            vertex,
+        }),
+    }
 }
 
 /// Number for a vertex kind in PLY and VTU.
@@ -186,6 +231,10 @@ pub fn stage_surface(
     options: SurfaceOptions,
 ) -> Result<Vec<Staged>, WriteError> {
     let format = SurfaceFormat::of(file)?;
+    if format == SurfaceFormat::Stl {
+        let positions: Vec<DVec3> = surface.vertices().iter().map(|v| v.position).collect();
+        check_finite(&positions, true, file)?;
+    }
     let mut staged = vec![stage(file, |out| {
         write_surface(surface, format, options, out)
     })?];

@@ -87,7 +87,7 @@ pub(super) fn write(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
     blocks(&entities, out)?;
     nodes(&entities, out)?;
     elements(&entities, out)?;
-    thickness(model, out)
+    thickness(&entities, out)
 }
 
 fn names(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
@@ -219,14 +219,17 @@ fn elements(entities: &Entities, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "$EndElements")
 }
 
-fn thickness(model: &ShellModel, out: &mut dyn Write) -> io::Result<()> {
+/// In the order of the nodes: some readers go by it and not by the numbers.
+fn thickness(entities: &Entities, out: &mut dyn Write) -> io::Result<()> {
+    let nodes = &entities.model.nodes;
     writeln!(
         out,
         "$NodeData\n1\n\"thickness\"\n1\n0.0\n3\n0\n1\n{}",
-        model.nodes.len()
+        nodes.len()
     )?;
-    for (n, node) in (1..).zip(&model.nodes) {
-        writeln!(out, "{n} {}", node.thickness)?;
+    let curves = entities.curve_nodes.iter().flatten();
+    for &n in curves.chain(entities.sheet_nodes.iter().flatten()) {
+        writeln!(out, "{} {}", n + 1, nodes[n as usize].thickness)?;
     }
     writeln!(out, "$EndNodeData")
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::ply::{Paint, write_mesh};
-use super::{Staged, WriteError, stage};
+use super::{Staged, WriteError, check_finite, stage};
 use crate::mesh::TriMesh;
 
 /// Writes a mesh with a deviation at every vertex, to a place beside its
@@ -31,6 +31,7 @@ pub fn stage_deviation(
             known: ".ply",
         });
     }
+    check_finite(&mesh.positions, false, file)?;
     let comment = format!("deviation; colours: blue -{full}, green 0, red {full}");
     let paint = Paint {
         name: "deviation",

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::ply::{self, Paint};
-use super::{Staged, WriteError, stage, stl};
+use super::{Staged, WriteError, check_finite, stage, stl};
 use crate::mesh::TriMesh;
 
 /// Formats of a solid.
@@ -64,6 +64,7 @@ pub fn stage_solid(
     file: &Path,
 ) -> Result<Staged, WriteError> {
     let format = SolidFormat::of(file)?;
+    check_finite(&mesh.positions, !format.is_double(), file)?;
     stage(file, |out| write_solid(mesh, shade, format, out))
 }
 

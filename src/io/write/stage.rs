@@ -1,20 +1,90 @@
 //! Files that appear complete or not at all.
 
+use std::collections::BTreeSet;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::{Builder, NamedTempFile};
 
 use super::WriteError;
+
+/// Files under passing names, of all threads.
+static PASSING: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn passing() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    PASSING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes all files under passing names, lets none be made from now on, and
+/// calls what ends the process.
+///
+/// For the handler of an interrupt, which runs while other threads write.
+pub fn abandon(end: impl FnOnce()) {
+    let mut passing = passing();
+    for file in std::mem::take(&mut *passing) {
+        // One that has just got its name is there no more.
+        let _ = std::fs::remove_file(file);
+    }
+    end();
+}
 
 /// A complete file under a passing name, in the folder of its target.
 ///
 /// Dropped without [`Staged::commit`], it vanishes.
 #[derive(Debug)]
 pub struct Staged {
-    temp: NamedTempFile,
+    temp: Passing,
     target: PathBuf,
     file: PathBuf,
+}
+
+/// A file under a passing name, known to [`abandon`].
+#[derive(Debug)]
+struct Passing(Option<NamedTempFile>);
+
+impl Passing {
+    fn new(builder: &Builder, folder: &Path) -> io::Result<Passing> {
+        let mut passing = passing();
+        let temp = builder.tempfile_in(folder)?;
+        passing.insert(temp.path().to_owned());
+        Ok(Passing(Some(temp)))
+    }
+
+    fn file(&mut self) -> io::Result<&mut NamedTempFile> {
+        self.0.as_mut().ok_or(io::ErrorKind::NotFound.into())
+    }
+
+    /// Gives the file its name.
+    fn persist(mut self, target: &Path) -> io::Result<()> {
+        let Some(temp) = self.0.take() else {
+            return Ok(());
+        };
+        let path = temp.path().to_owned();
+        let done = temp.persist(target);
+        passing().remove(&path);
+        done.map(|_| ()).map_err(|error| error.error)
+    }
+}
+
+impl Drop for Passing {
+    fn drop(&mut self) {
+        if let Some(temp) = self.0.take() {
+            let path = temp.path().to_owned();
+            drop(temp);
+            passing().remove(&path);
+        }
+    }
+}
+
+impl Write for Passing {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file()?.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file()?.flush()
+    }
 }
 
 impl Staged {
@@ -30,10 +100,8 @@ impl Staged {
     /// [`WriteError::Io`].
     pub fn commit(self) -> Result<(), WriteError> {
         let Staged { temp, target, file } = self;
-        temp.persist(&target).map_err(|error| WriteError::Io {
-            file,
-            source: error.error,
-        })?;
+        temp.persist(&target)
+            .map_err(|source| WriteError::Io { file, source })?;
         // So that the new name outlives a power cut; where folders cannot be
         // opened the data is safe all the same.
         if let Some(Ok(folder)) = target.parent().map(std::fs::File::open) {
@@ -90,7 +158,7 @@ pub fn stage(
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<Staged, WriteError> {
     let (folder, target) = resolve(file)?;
-    let stage = || -> io::Result<NamedTempFile> {
+    let stage = || -> io::Result<Passing> {
         let mut builder = Builder::new();
         builder.prefix(".midsurf-");
         // Readable as any new file is, not for the owner alone; the umask
@@ -101,11 +169,11 @@ pub fn stage(
             let mode = std::fs::metadata(&target).map_or(0o666, |meta| meta.permissions().mode());
             builder.permissions(std::fs::Permissions::from_mode(mode & 0o777));
         }
-        let temp = builder.tempfile_in(&folder)?;
+        let temp = Passing::new(&builder, &folder)?;
         let mut out = BufWriter::with_capacity(1 << 16, temp);
         write(&mut out)?;
-        let temp = out.into_inner().map_err(|error| error.into_error())?;
-        temp.as_file().sync_all()?;
+        let mut temp = out.into_inner().map_err(|error| error.into_error())?;
+        temp.file()?.as_file().sync_all()?;
         Ok(temp)
     };
     let temp = stage().map_err(|source| WriteError::Io {

@@ -21,3 +21,5 @@ pub mod contour;
 pub mod face;
 pub mod fan;
 pub mod seam;
+#[cfg(test)]
+mod tests;

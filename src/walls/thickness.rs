@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Field, Footpoint};
+use crate::field::{Field, Footpoint};
 use crate::mesh::FaceId;
 
 /// The largest ball inside the walls that touches `point` of wall `face`
@@ -122,7 +122,7 @@ impl ThicknessProfile {
                 if let Some((centre, touch)) = maximal_ball(field, face, p) {
                     let (u, v) = (p - centre, touch.point - centre);
                     let angle = u.cross(v).length().atan2(u.dot(v)).to_degrees();
-                    if angle > crate::walls::MAX_FIN_ANGLE {
+                    if angle > super::MAX_FIN_ANGLE {
                         samples.push((p.distance(touch.point), share));
                     }
                 }
