@@ -20,6 +20,7 @@ pub mod properties;
 mod sets;
 #[cfg(test)]
 mod tests;
+mod thickness;
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -56,6 +57,7 @@ pub enum ThicknessFrom {
     ///
     /// Equal to the other between two walls; at a seam or bend it gives the
     /// corner block some of its stiffness back, and comes closer to the solid.
+    /// What it has more than the wall there is fitted to the elements' size.
     #[default]
     Ball,
     /// The largest distance between two footpoints.
@@ -173,28 +175,31 @@ impl ShellModel {
         let edges = Edges::new(&corners);
         let corner_normals =
             normals::CornerNormals::of(surface, &edges, 2.0 * settings.normal_reach);
-        let thickness = |v: &MidVertex| match settings.thickness {
+        let length = |v: &MidVertex| match settings.thickness {
             ThicknessFrom::Ball => 2.0 * v.ball.radius,
             ThicknessFrom::Footpoints => v.ball.thickness,
         };
         let mut nodes: Vec<ShellNode> = (surface.vertices().iter())
             .map(|v| ShellNode {
                 position: v.position,
-                thickness: thickness(v),
+                thickness: length(v),
                 feet: None,
             })
             .collect();
         let mut elements = elements(surface, faces, &corner_normals);
         let mut normals = corner_normals.normals;
         orient_feet(surface, &elements, &normals, &mut nodes);
-        let guessed = fill_thickness(&elements, &mut nodes);
+        let guessed = thickness::fill(&elements, &mut nodes);
+        if settings.thickness == ThicknessFrom::Ball {
+            thickness::fit(surface, &elements, &mut nodes);
+        }
         let mut middles = FxHashMap::default();
         if settings.order == Order::Quadratic {
             middles = add_middles(&mut nodes, &mut elements, &mut normals, &faces.middles);
         }
         let lines = sets::lines(surface, &middles);
         let leaning = leaning(&nodes, &elements, &normals);
-        let (sheets, classes) = properties::of(surface, &thickness, settings.thickness_tolerance);
+        let (sheets, classes) = properties::of(surface, &length, settings.thickness_tolerance);
         ShellModel {
             nodes,
             elements,
@@ -288,39 +293,6 @@ fn orient_feet(
             nodes[node as usize].feet = Some(if ahead { [a, b] } else { [b, a] });
         }
     }
-}
-
-/// Gives nodes without a thickness, where a wall was not found, the mean of
-/// their neighbours', from the rim of such a place inwards; how many there
-/// were. Where no node has one they stay as they are.
-fn fill_thickness(elements: &[ShellElement], nodes: &mut [ShellNode]) -> usize {
-    let unknown = |n: &ShellNode| n.thickness <= 0.0;
-    let count = nodes.iter().filter(|n| unknown(n)).count();
-    let mut left = count;
-    while left > 0 {
-        let mut sums: FxHashMap<u32, (f64, f64)> = FxHashMap::default();
-        for element in elements {
-            let corners = element.corners();
-            let known = corners.iter().map(|&n| nodes[n as usize].thickness);
-            let known: SmallVec<[f64; 4]> = known.filter(|&t| t > 0.0).collect();
-            for &n in corners.iter().filter(|&&n| unknown(&nodes[n as usize])) {
-                let sum = sums.entry(n).or_default();
-                *sum = (
-                    sum.0 + known.iter().sum::<f64>(),
-                    sum.1 + known.len() as f64,
-                );
-            }
-        }
-        sums.retain(|_, sum| sum.1 > 0.0);
-        if sums.is_empty() {
-            break;
-        }
-        left -= sums.len();
-        for (n, (sum, of)) in sums {
-            nodes[n as usize].thickness = sum / of;
-        }
-    }
-    count
 }
 
 /// Adds nodes at the middle of the sides; where they are, by edge.

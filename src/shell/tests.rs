@@ -288,3 +288,26 @@ fn an_unknown_thickness_is_that_of_the_neighbours() {
             .all(|n| (n.thickness - 0.3).abs() < 1e-12)
     );
 }
+
+#[test]
+fn an_excess_at_a_seam_is_fitted_to_the_elements() {
+    // Pages of elements 1 long, thickness 0.4, and 0.5 at the spine.
+    let mesh = marked(book(3, 2, 2), Line::CopingBorder);
+    let ball = |at: DVec3| Ball {
+        radius: if at.x.hypot(at.y) < 0.5 { 0.25 } else { 0.2 },
+        ..Ball::default()
+    };
+    let surface = build(&mesh, mesh.vertices.iter().map(|v| ball(v.at)).collect());
+    let model = model(&surface, Order::Linear, Vec::new());
+    for node in &model.nodes {
+        let spine = node.position.x.hypot(node.position.y) < 0.5;
+        let excess = node.thickness - 0.4;
+        // 0.3 of 0.4 over a mean distance between 1 and the diagonal's.
+        let fits = if spine {
+            (0.0085..=0.0121).contains(&excess)
+        } else {
+            excess.abs() < 1e-12
+        };
+        assert!(fits, "{node:?}");
+    }
+}
