@@ -234,6 +234,7 @@ def tag_and_save(browser, folder, shot):
 
 def extract_and_look(browser, shot):
     browser.keys("v0f")
+    until(lambda: browser.js("return page.part.facts.thickness"), "the thickness to be measured")
     browser.click("[data-do='extract']")
     until(lambda: browser.js("return !!page.mid && !work.running"), "the mid-surface")
     check(browser.js("return page.mid.facts.sheets.length") == 1, "one sheet")

@@ -12,6 +12,7 @@ mod glob;
 mod identity;
 mod rule;
 mod select;
+mod sliver;
 mod text;
 mod toml;
 mod write;
@@ -21,6 +22,7 @@ use std::path::Path;
 pub use detect::{Detection, detect};
 pub use error::{TagError, TagProblem};
 pub use identity::geometry_checksum;
+pub use sliver::Sliver;
 pub use write::{detected_text, detected_toml, ranges};
 
 use crate::io::{LoadedMesh, decode};
@@ -40,6 +42,9 @@ pub struct Coping {
     pub warnings: Vec<String>,
     /// What the detector found, where it was asked.
     pub detection: Option<Detection>,
+    /// Narrow strips between coping faces that no rule tagged and that were
+    /// tagged with them.
+    pub slivers: Vec<Sliver>,
 }
 
 /// What one rule selects, whatever later rules do to it.
@@ -84,6 +89,7 @@ impl Coping {
             rules: Vec::new(),
             warnings: Vec::new(),
             detection: None,
+            slivers: Vec::new(),
         }
     }
 
@@ -91,12 +97,25 @@ impl Coping {
     pub fn detected(mesh: &LoadedMesh) -> Coping {
         let detection = detect(&mesh.mesh, &detect::Options::default());
         let is_coping = |face: FaceId| detection.flags[face.index()];
-        Coping {
+        let mut coping = Coping {
             flags: detection.flags.clone(),
             rules: vec![RuleResult::of(&mesh.mesh, is_coping, "detected", true)],
             warnings: Vec::new(),
             detection: Some(detection),
+            slivers: Vec::new(),
+        };
+        coping.adopt_slivers(&mesh.mesh, &vec![false; mesh.mesh.triangles.len()]);
+        coping
+    }
+
+    /// Tags the slivers between coping faces, but for triangles that are `kept`
+    /// as wall.
+    fn adopt_slivers(&mut self, mesh: &TriMesh, kept: &[bool]) {
+        let slivers = sliver::slivers(mesh, &self.flags, kept);
+        for &triangle in slivers.iter().flat_map(|sliver| &sliver.triangles) {
+            self.flags[triangle as usize] = true;
         }
+        self.slivers.extend(slivers);
     }
 }
 
@@ -156,6 +175,7 @@ fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping
         Rest::Wall => Coping::none(loaded),
         Rest::Auto => Coping::detected(loaded),
     };
+    let mut kept = vec![false; coping.flags.len()];
     let mut selector = Selector::new(loaded);
     for rule in &file.rules {
         let mut chosen = vec![true; coping.flags.len()];
@@ -177,10 +197,12 @@ fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping
                 OnEmpty::Ignore => {}
             }
         }
-        for (flag, _) in coping.flags.iter_mut().zip(&chosen).filter(|(_, c)| **c) {
-            *flag = rule.coping;
+        for triangle in (0..chosen.len()).filter(|&triangle| chosen[triangle]) {
+            coping.flags[triangle] = rule.coping;
+            kept[triangle] = !rule.coping;
         }
         coping.rules.push(result);
     }
+    coping.adopt_slivers(&loaded.mesh, &kept);
     Ok(coping)
 }

@@ -81,8 +81,10 @@ impl NodeKey {
         NodeKey::new(self.coordinates() + axes.offset())
     }
 
-    fn back(self, axes: Axes) -> NodeKey {
-        NodeKey::new(self.coordinates() - axes.offset())
+    /// The node behind; none beyond the low side of the lattice.
+    fn back(self, axes: Axes) -> Option<NodeKey> {
+        let at = self.coordinates() - axes.offset();
+        (at.min_element() >= 0).then(|| NodeKey::new(at))
     }
 }
 
@@ -105,12 +107,15 @@ impl EdgeKey {
         [n, n.step(s)]
     }
 
-    /// Every face that has this edge: four or six of them.
+    /// Every face that has this edge: four or six of them, fewer on the low
+    /// side of the lattice.
     pub fn faces(self) -> impl Iterator<Item = FaceKey> {
         let (n, s) = self.parts();
         let rest = s.complement();
         let first = rest.subsets().map(move |r| FaceKey::new(n, s, r));
-        let second = rest.subsets().map(move |r| FaceKey::new(n.back(r), r, s));
+        let second = rest
+            .subsets()
+            .filter_map(move |r| Some(FaceKey::new(n.back(r)?, r, s)));
         let long = s
             .proper_subsets()
             .map(move |p| FaceKey::new(n, p, Axes(s.0 & !p.0)));
@@ -152,23 +157,25 @@ impl FaceKey {
         ]
     }
 
-    /// The two tetrahedra that share this face.
-    pub fn tetrahedra(self) -> [TetKey; 2] {
+    /// The two tetrahedra that share this face; one on the low side of the lattice.
+    pub fn tetrahedra(self) -> impl Iterator<Item = TetKey> {
         let (n, a, b) = self.parts();
         let rest = a.union(b).complement();
-        if rest.is_empty() {
+        let (first, second) = if rest.is_empty() {
             // One of the two steps is a pair of axes, walked in either order.
             let pair = if a.0.count_ones() == 2 { a } else { b };
             let low = Axes(pair.0 & pair.0.wrapping_neg());
             let high = Axes(pair.0 & !low.0);
             if pair == a {
-                [TetKey::new(n, low, high), TetKey::new(n, high, low)]
+                (TetKey::new(n, low, high), Some(TetKey::new(n, high, low)))
             } else {
-                [TetKey::new(n, a, low), TetKey::new(n, a, high)]
+                (TetKey::new(n, a, low), Some(TetKey::new(n, a, high)))
             }
         } else {
-            [TetKey::new(n, a, b), TetKey::new(n.back(rest), rest, a)]
-        }
+            let behind = n.back(rest).map(|n| TetKey::new(n, rest, a));
+            (TetKey::new(n, a, b), behind)
+        };
+        std::iter::once(first).chain(second)
     }
 }
 
@@ -313,7 +320,7 @@ mod tests {
     fn faces_and_tetrahedra_name_each_other() {
         for t in some_tetrahedra() {
             for (i, f) in t.faces().into_iter().enumerate() {
-                assert!(f.tetrahedra().contains(&t));
+                assert!(f.tetrahedra().any(|other| other == t));
                 let corners: BTreeSet<_> = f.nodes().into_iter().collect();
                 let nodes = t.nodes();
                 assert!(

@@ -29,6 +29,15 @@ const FLATNESS: f64 = 1e-13;
 /// encloses nothing: it would be 1e-12 of its size thick.
 const LEAST_VOLUME: f64 = 1e-12;
 
+/// Vertices within this share of the largest coordinate may be one place written
+/// twice: two units in the last place of single precision, as which STL is stored
+/// and much text is computed.
+const NOISE: f64 = 2.5e-7;
+
+/// Shares of the diagonal that are tried to name a length that would close a mesh;
+/// the last is a tenth of the wall of a part a hundred times as long as thick.
+const WELDS_TRIED: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
+
 /// How [`Part::new`] treats doubtful input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PartOptions {
@@ -36,7 +45,9 @@ pub struct PartOptions {
     /// up. Inside and outside are then guesses near those edges.
     pub allow_open: bool,
     /// Merge vertices within this distance, in part units. `None` merges only
-    /// equal vertices, and only when the mesh is not closed without.
+    /// equal vertices, only when the mesh is not closed without; and those apart
+    /// by the noise of single precision, only if that closes the mesh and folds
+    /// no triangle.
     pub weld: Option<f64>,
 }
 
@@ -193,9 +204,39 @@ fn weld(mesh: &mut TriMesh, tolerance: Option<f64>) -> Result<Option<PartWarning
         let weld = weld_within(&mesh.positions, tolerance);
         near = weld.merged();
         *mesh = weld.apply(mesh);
+    } else if let Some((closed, merged)) = closed_by(mesh, NOISE * farthest(mesh)) {
+        near = merged;
+        *mesh = closed;
     }
     let exact = exact.merged();
     Ok((exact + near > 0).then_some(PartWarning::Welded { exact, near }))
+}
+
+/// Largest coordinate, without sign.
+fn farthest(mesh: &TriMesh) -> f64 {
+    let bounds = mesh.bounds();
+    bounds.min.abs().max(bounds.max.abs()).max_element()
+}
+
+/// The mesh with vertices within a tolerance merged, and how many were; if it has
+/// gaps now and none then, and no triangle folds on the way.
+fn closed_by(mesh: &TriMesh, tolerance: f64) -> Option<(TriMesh, usize)> {
+    if tolerance <= 0.0 || mesh.edges().census().open == 0 {
+        return None;
+    }
+    let weld = weld_within(&mesh.positions, tolerance);
+    let welded = weld.apply(mesh);
+    let folded = |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
+    let folds = |mesh: &TriMesh| mesh.triangles.iter().filter(|t| folded(t)).count();
+    let closed = welded.edges().census().open == 0 && folds(&welded) == folds(mesh);
+    closed.then(|| (welded, weld.merged()))
+}
+
+/// A tolerance that would close the mesh, for the error that refuses it.
+fn closing_weld(mesh: &TriMesh) -> Option<f64> {
+    let diagonal = mesh.bounds().diagonal();
+    let tried = WELDS_TRIED.iter().map(|share| share * diagonal);
+    tried.into_iter().find(|&t| closed_by(mesh, t).is_some())
 }
 
 fn check_edges(
@@ -208,7 +249,8 @@ fn check_edges(
     if let Some(first) = uses.first(EdgeKind::Open) {
         let (count, first) = (census.open, report(mesh, first));
         if !options.allow_open {
-            return Err(PartError::Open { count, first });
+            let weld = closing_weld(mesh);
+            return Err(PartError::Open { count, first, weld });
         }
         warnings.push(PartWarning::Open { count, first });
     }

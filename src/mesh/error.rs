@@ -88,14 +88,15 @@ pub enum PartError {
     },
     /// Edges of one triangle only.
     #[error("the mesh is open: {count} {} one triangle only, the first {first}", if *count == 1 { "edge has" } else { "edges have" })]
-    #[diagnostic(help(
-        "close the holes in the modelling tool; if neighbours differ by rounding, try --weld with a small length; --allow-open goes on all the same, but inside and outside are then guesses near the gaps and sheets may be missing or cut short there"
-    ))]
+    #[diagnostic(help("{}", open_remedy(*weld)))]
     Open {
         /// How many open edges.
         count: usize,
         /// One of them.
         first: EdgeReport,
+        /// A tolerance of [`PartOptions::weld`](super::PartOptions::weld) that would
+        /// close it, if one was found.
+        weld: Option<f64>,
     },
     /// No consistent orientation exists, as on a Moebius strip.
     #[error(
@@ -146,6 +147,15 @@ pub enum PartError {
         /// Wall triangles, all of zero area.
         walls: usize,
     },
+}
+
+fn open_remedy(weld: Option<f64>) -> String {
+    match weld {
+        Some(weld) => format!(
+            "its vertices do not quite meet: close the gaps in the modelling tool; or --weld {weld:.1e}, which closes it, if that is well below the wall thickness"
+        ),
+        None => "close the holes in the modelling tool; --allow-open goes on all the same, but inside and outside are then guesses near the gaps and sheets may be missing or cut short there".to_owned(),
+    }
 }
 
 impl PartError {
@@ -254,7 +264,7 @@ impl fmt::Display for PartWarning {
         match self {
             PartWarning::Welded { exact, near } => write!(
                 f,
-                "vertices welded: {exact} equal ones, {near} within the tolerance"
+                "vertices welded: {exact} equal ones, {near} nearly equal ones"
             ),
             PartWarning::Turned { volume } => write!(
                 f,

@@ -137,7 +137,10 @@ fn stretch(
 ) {
     const DEEPEST: usize = 48;
     let tolerances = probe.walls().tolerances();
-    if a == b || depth > DEEPEST || x.distance(y) <= tolerances.tie * 0.01 {
+    // Two solver steps: what stands between is decided as exactly as the
+    // distances are known, so that the faces round the edge find the same.
+    let exact = 2.0 * tolerances.solve;
+    if a == b || depth > DEEPEST || x.distance(y) <= exact {
         return;
     }
     let field = probe.field();
@@ -147,7 +150,7 @@ fn stretch(
     let distance = fa.distance.max(fb.distance);
     let nearest = probe.nearest(m, a);
     let tied = (fa.distance - fb.distance).abs() <= 0.01 * tolerances.tie;
-    if tied && nearest.distance >= distance - 0.01 * tolerances.tie {
+    if tied && nearest.distance >= distance - exact {
         if probe.walls().separate(m, &fa, &fb) {
             out.push(Crossing {
                 at: m,

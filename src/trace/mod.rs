@@ -7,6 +7,7 @@
 //! * [`follow`]: contours in a face, seams and borders through a tetrahedron.
 //! * [`tet`]: loops and triangles of a tetrahedron.
 //! * [`feet`]: footpoints of the vertices found.
+//! * [`tolerances`]: the lengths by which all of them decide.
 //! * [`probe`] and [`solve`]: how the field is asked, and ties solved.
 
 pub mod edge;
@@ -17,4 +18,5 @@ mod oracle;
 pub mod probe;
 pub mod solve;
 pub mod tet;
+pub mod tolerances;
 pub mod walk;

@@ -73,6 +73,12 @@ impl<'a> Probe<'a> {
         self.walls.field().footpoint(p)
     }
 
+    /// Whether a point lies outside the part by more than a tie: nothing there
+    /// is ever followed.
+    pub fn is_outside(&self, x: DVec3) -> bool {
+        self.field().signed_clearance(x) < -self.walls.tolerances().tie
+    }
+
     /// Whether the pair still makes a mid-surface at `x`.
     pub fn separate(&self, x: DVec3, a: FaceId, b: FaceId) -> bool {
         let field = self.field();
@@ -80,8 +86,8 @@ impl<'a> Probe<'a> {
             .separate(x, &field.footpoint_on(x, a), &field.footpoint_on(x, b))
     }
 
-    /// First place where the segment meets coping, away from its start by more
-    /// than `skip`; with the coping triangle.
+    /// First place where the segment leaves the part through coping, away from
+    /// its start by more than `skip`; with the coping triangle.
     pub fn coping_hit(&mut self, from: DVec3, to: DVec3, skip: f64) -> Option<(DVec3, FaceId)> {
         let field = self.walls.field();
         let length = from.distance(to);
@@ -90,7 +96,11 @@ impl<'a> Probe<'a> {
         field.hits(from, to, &mut hits);
         let found = hits
             .iter()
-            .find(|h| field.is_coping(h.face) && h.t * length > skip)
+            .find(|h| {
+                field.is_coping(h.face)
+                    && h.t * length >= skip
+                    && field.normal(h.face).dot(to - from) > 0.0
+            })
             .map(|h| (from + h.t * (to - from), h.face));
         self.hits = hits;
         found

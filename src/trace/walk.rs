@@ -18,9 +18,11 @@ use crate::surface::marked::{MarkedMesh, MarkedVertex, edge};
 use crate::trace::edge::{Crossing, NodeSample, crossings, sample_node};
 use crate::trace::follow::contour::{Barrier, Region};
 use crate::trace::follow::face::{FaceContours, FaceNodeKind, FaceSeed, solve_face};
+use crate::trace::follow::fan::alike;
 use crate::trace::follow::seam::Cage;
 use crate::trace::probe::Probe;
 use crate::trace::tet::{InnerKind, TetSurface, VertexKey, solve_tet};
+use crate::trace::tolerances::Tolerances;
 use crate::walls::Walls;
 use crate::walls::thickness::{maximal_ball, spread};
 
@@ -38,6 +40,8 @@ pub struct Found {
     pub edges_solved: usize,
     /// Queries for nodes and edges.
     pub edge_queries: u64,
+    /// Faces that still changed when the rounds were over.
+    pub unsettled: usize,
 }
 
 /// Counts of what the walk took.
@@ -61,7 +65,15 @@ pub struct Counts {
     /// Loops closed by matching what was left open, where a curve was lost or
     /// a sheet stops being one on the way.
     pub matched: usize,
+    /// Faces that still changed when the rounds were over: two followers
+    /// that do not agree.
+    pub unsettled: usize,
 }
+
+/// Rounds of asking neighbours again after which the walk goes on. Each adds
+/// a vertex that was missing on an edge or in a face, and a face seldom lacks
+/// more than two; what is left is told.
+const MOST_ROUNDS: usize = 24;
 
 /// The lattice walk over one part.
 pub struct Tracer<'a> {
@@ -128,6 +140,17 @@ impl<'a> Tracer<'a> {
 
     /// Follows the mid-surface from tetrahedron to tetrahedron until nothing is left to follow,
     /// or until asked to stop; what was found by then is of no use.
+    ///
+    /// Each wave solves edges, then faces, then tetrahedra. A curve that a 3D
+    /// follower meets is seen first inside a tetrahedron, when it comes out
+    /// through a face; but the vertex there belongs to the face, which both its
+    /// tetrahedra read. So the tetrahedron only leaves a *seed*, and the face is
+    /// solved again with it, its contours starting from the new vertex. In the
+    /// same way a contour that arrives at an edge where no vertex is known adds
+    /// one, and all faces round the edge are solved again.
+    ///
+    /// The rounds end because they only ever add: a seed or a crossing that is
+    /// there already, to a tolerance, asks for nothing.
     pub fn run(&mut self, progress: &Progress, stop: &Stop) -> Result<(), Stopped> {
         let mut frontier = self.seeds();
         while !frontier.is_empty() {
@@ -147,7 +170,6 @@ impl<'a> Tracer<'a> {
                 for face in &touched {
                     todo.extend(
                         face.tetrahedra()
-                            .into_iter()
                             .filter(|t| self.found.tets.contains_key(t)),
                     );
                 }
@@ -219,16 +241,19 @@ impl<'a> Tracer<'a> {
     fn solve_faces(&mut self, faces: Vec<FaceKey>, stop: &Stop) -> Result<Vec<FaceKey>, Stopped> {
         let mut todo = faces;
         let mut touched: FxHashSet<FaceKey> = FxHashSet::default();
-        for _ in 0..24 {
+        for round in 0.. {
             if todo.is_empty() {
                 break;
             }
-            let missing: Vec<EdgeKey> = todo
-                .iter()
-                .flat_map(|f| f.edges())
-                .filter(|e| !self.found.edges.contains_key(e))
-                .collect();
-            debug_assert!(missing.is_empty());
+            if round == MOST_ROUNDS {
+                self.found.unsettled += todo.len();
+                break;
+            }
+            debug_assert!(
+                todo.iter()
+                    .flat_map(|f| f.edges())
+                    .all(|e| self.found.edges.contains_key(&e))
+            );
             let solved = self.batch(&todo, stop, |t, probe, f| t.solve_face(probe, f))?;
             let mut grown: Vec<EdgeKey> = Vec::new();
             for (&face, contours) in todo.iter().zip(&solved) {
@@ -257,13 +282,25 @@ impl<'a> Tracer<'a> {
     }
 
     fn add_crossing(&mut self, edge: EdgeKey, crossing: Crossing) -> bool {
-        let near = 1e-7 * self.lattice.cell() + 2.0 * self.walls.tolerances().tie;
+        let near = self.lengths().same_point;
+        let low = self.lattice.position(edge.nodes()[0]);
+        let field = self.walls.field();
         let list = self.found.edges.entry(edge).or_default();
-        if list.iter().any(|c| c.at.distance(crossing.at) <= near) {
+        let same = |c: &Crossing| {
+            c.at.distance(crossing.at) <= near && alike(field, crossing.at, c.walls, crossing.walls)
+        };
+        if list.iter().any(same) {
             return false;
         }
-        list.push(crossing);
+        // In the order along the edge, whoever found it.
+        let place = |c: &Crossing| c.at.distance(low);
+        let after = list.partition_point(|c| place(c) <= place(&crossing));
+        list.insert(after, crossing);
         true
+    }
+
+    fn lengths(&self) -> Tolerances {
+        Tolerances::new(self.walls.tolerances(), self.lattice.cell())
     }
 
     fn solve_face(&self, probe: &mut Probe, face: FaceKey) -> FaceContours {
@@ -321,9 +358,9 @@ impl<'a> Tracer<'a> {
             )
         })?;
         let mut faces = Vec::new();
+        let near = self.lengths().same_point;
         for surface in &solved {
             for &(face, seed) in &surface.seeds {
-                let near = 1e-7 * self.lattice.cell() + 2.0 * self.walls.tolerances().tie;
                 let list = self.found.seeds.entry(face).or_default();
                 if list.iter().all(|s| s.at.distance(seed.at) > near) {
                     list.push(seed);
@@ -364,7 +401,12 @@ impl<'a> Tracer<'a> {
             queries_per_edge: self.found.edge_queries as f64
                 / self.found.edges_solved.max(1) as f64,
             lost,
-            matched: self.found.tets.values().map(|t| t.matched as usize).sum(),
+            matched: {
+                let faces = self.found.faces.values().map(|f| f.matched as usize);
+                let tets = self.found.tets.values().map(|t| t.matched as usize);
+                faces.sum::<usize>() + tets.sum::<usize>()
+            },
+            unsettled: self.found.unsettled,
         }
     }
 

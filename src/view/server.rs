@@ -100,6 +100,10 @@ impl Server {
         let (path, query) = target.split_once('?').unwrap_or((&target, ""));
         let answer = match (request.method.as_str(), path) {
             ("GET", "part") => Answer::data(BYTES, self.session.part_pack()),
+            ("GET", "measure") => {
+                let told = self.session.measure().to_string();
+                Answer::data("application/json", told.into_bytes())
+            }
             ("GET", "mid") => match self.session.shown() {
                 Some(shown) => Answer::data(BYTES, shown.pack.clone()),
                 None => Answer::text("204 No Content", ""),

@@ -6,7 +6,6 @@ use std::sync::{Mutex, MutexGuard};
 use miette::Diagnostic;
 use serde_json::{Value, json};
 
-use super::pack::Pack;
 use super::{scene, tags};
 use crate::coping::detect::Detection;
 use crate::extract::{ExtractError, Extraction, Settings, expected_cells, extract_until};
@@ -114,7 +113,7 @@ impl Session {
         Part::new(mesh, coping, self.subject.options).map(|(part, _)| part)
     }
 
-    /// The part for the page, with why it cannot be extracted, if so.
+    /// The part for the page, as it was read.
     pub(super) fn part_pack(&self) -> Vec<u8> {
         let subject = &self.subject;
         let mut pack = scene::part(&subject.mesh, &subject.coping, &subject.source, true);
@@ -126,17 +125,24 @@ impl Session {
             pack.fact("doubts", scene::doubts(detection, origin));
             pack.fact("verdict", detection.verdict().text());
         }
-        match self.part(subject.coping.clone()) {
-            Ok(part) => measure(&part, &mut pack),
+        pack.finish()
+    }
+
+    /// Wall thickness and what an extraction will cost, or why the part cannot be
+    /// extracted. Takes a while on large parts, so it is asked for by itself.
+    pub(super) fn measure(&self) -> Value {
+        match self.part(self.subject.coping.clone()) {
+            Ok(part) => {
+                let profile = ThicknessProfile::measure(&Field::new(&part), SAMPLES);
+                let thickness = profile.percentile(50.0);
+                let cells = thickness.map(|t| expected_cells(&part, t, t));
+                json!({ "thickness": thickness, "cells_at_thickness": cells })
+            }
             Err(error) => {
                 let help = error.help().map(|help| help.to_string());
-                pack.fact(
-                    "problem",
-                    json!({ "message": error.to_string(), "help": help }),
-                );
+                json!({ "problem": { "message": error.to_string(), "help": help } })
             }
         }
-        pack.finish()
     }
 
     /// Extracts with the flags given; what comes out is shown from then on.
@@ -187,18 +193,6 @@ impl Session {
         stage(&subject.tag_file, |out| out.write_all(text.as_bytes()))?.commit()?;
         *ours = true;
         Ok(Saved::Written)
-    }
-}
-
-/// Wall thickness, and what an extraction will cost.
-fn measure(part: &Part, pack: &mut Pack) {
-    let profile = ThicknessProfile::measure(&Field::new(part), SAMPLES);
-    if let Some(thickness) = profile.percentile(50.0) {
-        pack.fact("thickness", thickness);
-        pack.fact(
-            "cells_at_thickness",
-            expected_cells(part, thickness, thickness),
-        );
     }
 }
 

@@ -94,8 +94,30 @@ pub fn spread(corners: [DVec3; 3], spacing: f64, most: usize) -> impl Iterator<I
 /// Wall thickness over the walls, weighted by area: sorted values and weights.
 #[derive(Clone, Debug, Default)]
 pub struct ThicknessProfile {
-    /// Thickness and wall area it stands for, ascending by thickness.
-    samples: Vec<(f64, f64)>,
+    /// Ascending by thickness.
+    samples: Vec<ThicknessSample>,
+}
+
+/// Wall thickness at a point of a wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThicknessSample {
+    /// Between the two contacts of the largest ball that touches here.
+    pub thickness: f64,
+    /// Wall area that the point stands for.
+    pub area: f64,
+    /// The point.
+    pub at: DVec3,
+    /// Its triangle.
+    pub face: FaceId,
+}
+
+/// The wall at a point of a face; none where nothing faces it, or where the
+/// ball sits in a convex corner (object angle at most 135 degrees).
+pub fn thickness_at(field: &Field, face: FaceId, point: DVec3) -> Option<f64> {
+    let (centre, touch) = maximal_ball(field, face, point)?;
+    let (u, v) = (point - centre, touch.point - centre);
+    let angle = u.cross(v).length().atan2(u.dot(v)).to_degrees();
+    (angle > super::MAX_FIN_ANGLE).then(|| point.distance(touch.point))
 }
 
 impl ThicknessProfile {
@@ -119,29 +141,51 @@ impl ThicknessProfile {
             let points: Vec<DVec3> = spread(field.corners(face), spacing, 64).collect();
             let share = area(face) / points.len() as f64;
             for p in points {
-                if let Some((centre, touch)) = maximal_ball(field, face, p) {
-                    let (u, v) = (p - centre, touch.point - centre);
-                    let angle = u.cross(v).length().atan2(u.dot(v)).to_degrees();
-                    if angle > super::MAX_FIN_ANGLE {
-                        samples.push((p.distance(touch.point), share));
-                    }
+                if let Some(thickness) = thickness_at(field, face, p) {
+                    samples.push(ThicknessSample {
+                        thickness,
+                        area: share,
+                        at: p,
+                        face,
+                    });
                 }
             }
         }
-        samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let order = |s: &ThicknessSample| (s.face, s.at.to_array().map(f64::to_bits));
+        samples.sort_by(|a, b| {
+            let by_thickness = a.thickness.total_cmp(&b.thickness);
+            by_thickness.then_with(|| order(a).cmp(&order(b)))
+        });
         ThicknessProfile { samples }
     }
 
     /// The thickness below which `percent` of the wall area lies.
     pub fn percentile(&self, percent: f64) -> Option<f64> {
-        let total: f64 = self.samples.iter().map(|s| s.1).sum();
+        let total: f64 = self.samples.iter().map(|s| s.area).sum();
         let mut sum = 0.0;
-        for &(thickness, weight) in &self.samples {
-            sum += weight;
+        for sample in &self.samples {
+            sum += sample.area;
             if sum >= 0.01 * percent * total {
-                return Some(thickness);
+                return Some(sample.thickness);
             }
         }
-        self.samples.last().map(|s| s.0)
+        self.samples.last().map(|s| s.thickness)
+    }
+
+    /// Where the wall is thinnest.
+    pub fn thinnest(&self) -> Option<&ThicknessSample> {
+        self.samples.first()
+    }
+
+    /// Share of the measured wall area that is thinner than a length.
+    pub fn share_below(&self, length: f64) -> f64 {
+        let area = |samples: &[ThicknessSample]| samples.iter().map(|s| s.area).sum::<f64>();
+        let thin = self.samples.partition_point(|s| s.thickness < length);
+        let whole = area(&self.samples);
+        if whole > 0.0 {
+            area(&self.samples[..thin]) / whole
+        } else {
+            0.0
+        }
     }
 }

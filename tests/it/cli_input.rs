@@ -24,10 +24,10 @@ fn files_that_cannot_be_read() {
     );
     std::fs::create_dir(desk.path("folder.obj")).unwrap();
     desk.refuses(&["folder.obj"], &["folder.obj", "is not a file"]);
-    desk.put("part.step", "ISO-10303-21;");
+    desk.put("part.x_t", "**PARASOLID");
     desk.refuses(
-        &["part.step"],
-        &["part.step", "no suffix of a known mesh format", "gmsh"],
+        &["part.x_t"],
+        &["part.x_t", "no suffix of a known mesh format", ".step"],
     );
     desk.put("empty.obj", "");
     desk.refuses(

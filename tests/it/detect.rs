@@ -225,3 +225,108 @@ fn rules_answer_and_the_program_does_the_rest() {
     let total = shown.lines().find(|line| line.starts_with("all coping"));
     assert!(total.is_some_and(|line| line.contains(" 17 ")), "{shown}");
 }
+
+/// A plate 40 x 24 x 2 whose rim has a step of 0.004: the triangles of the
+/// sides by number, two a side, then top and bottom.
+fn stepped_plate() -> TriMesh {
+    let outline = [
+        (0.0, 0.0),
+        (40.0, 0.0),
+        (40.0, 12.0),
+        (39.996, 12.0),
+        (39.996, 24.0),
+        (0.0, 24.0),
+    ];
+    let n = outline.len() as u32;
+    let at = |z: f64| outline.map(|(x, y)| DVec3::new(x, y, z));
+    let mut triangles = Vec::new();
+    for i in 0..n {
+        let j = (i + 1) % n;
+        triangles.extend([[i, j, n + j], [i, n + j, n + i]]);
+    }
+    for i in 1..n - 1 {
+        triangles.extend([[0, i + 1, i], [n, n + i, n + i + 1]]);
+    }
+    TriMesh {
+        positions: [at(0.0), at(2.0)].concat(),
+        triangles,
+    }
+}
+
+#[test]
+fn a_sliver_between_copings_is_adopted_and_named() {
+    let desk = Desk::new();
+    desk.put("plate.obj", obj_text(&stepped_plate()));
+    // All sides but the step, triangles 4 and 5.
+    desk.put("tags.txt", "0-3\n6-11\n");
+    for tags in ["tags.txt", "auto"] {
+        let args = ["extract", "plate.obj", "--coping", tags, "--json", "-"];
+        let output = desk.run(&args);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{stderr}");
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(report["input"]["coping_triangles"], 12, "{stderr}");
+        let area = report["result"]["area"].as_f64().unwrap();
+        assert!((area - (960.0 - 0.048)).abs() < 0.01, "{area}");
+        if tags == "tags.txt" {
+            assert!(stderr.contains("triangles 4-5 "), "{stderr}");
+        }
+    }
+    // A rule that says wall is obeyed.
+    let tags = "format = \"coping-tags\"\nversion = 1\n[[coping]]\ntriangles = \"0-11\"\n[[wall]]\ntriangles = \"4-5\"\n";
+    desk.put("kept.toml", tags);
+    let shown = text(&desk.run(&["tags", "plate.obj", "kept.toml"]).stdout);
+    let total = shown.lines().find(|line| line.starts_with("all coping"));
+    assert!(total.is_some_and(|line| line.contains(" 10 ")), "{shown}");
+}
+
+#[test]
+fn a_missed_tag_is_named_where_the_sheet_fades() {
+    let desk = Desk::new();
+    let mesh = cuboid(DVec3::ZERO, DVec3::new(40.0, 24.0, 2.0));
+    desk.put("plate.obj", obj_text(&mesh));
+    // The sides but for the one at the right, triangles 10 and 11.
+    desk.put("tags.txt", "4-9\n");
+    let output = desk.run(&["extract", "plate.obj", "--coping", "tags.txt"]);
+    let stderr = text(&output.stderr);
+    assert!(
+        stderr.contains("before triangles 10-11: they look like the end of a wall"),
+        "{stderr}"
+    );
+    desk.put("all.txt", "4-11\n");
+    let output = desk.run(&["extract", "plate.obj", "--coping", "all.txt"]);
+    assert!(!text(&output.stderr).contains("look like the end"));
+}
+
+#[test]
+fn every_face_is_explained() {
+    let desk = Desk::new();
+    let mesh = cuboid(DVec3::ZERO, DVec3::new(40.0, 24.0, 2.0));
+    desk.put("plate.obj", obj_text(&mesh));
+    desk.put("tags.txt", "0-9\n");
+    let output = desk.run(&["tags", "explain", "plate.obj", "tags.txt"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let words = text(&output.stdout);
+    let lines: Vec<&str> = words.lines().collect();
+    assert_eq!(lines.len(), 6, "{words}");
+    // The wrong ones come first: two walls tagged, one end missed.
+    let wrong = |line: &&str| line.contains("; it looks like the ");
+    assert!(
+        lines[..3].iter().all(wrong) && !lines[3..].iter().any(wrong),
+        "{words}"
+    );
+    assert!(words.contains("triangles 10-11"), "{words}");
+}
+
+#[test]
+fn a_picture_shows_the_tags() {
+    let desk = Desk::new();
+    let part = fixture("tee.obj");
+    let part = part.to_str().unwrap();
+    let output = desk.run(&["tags", "detect", part, "--picture", "tee.png"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let png = std::fs::read(desk.path("tee.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG\r\n"));
+    let output = desk.run(&["tags", "detect", part, "--picture", "tee.jpg"]);
+    assert_eq!(output.status.code(), Some(2));
+}

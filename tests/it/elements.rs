@@ -1,5 +1,6 @@
 //! Meshes of meshers and solvers, and CAD models, as parts.
 
+use std::io::Write;
 use std::process::Command;
 
 use midsurf::io::{LoadedMesh, MeshFormat, Problem, read_mesh, read_mesh_bytes};
@@ -149,6 +150,91 @@ fn bulk_data_of_nastran_in_all_fields() {
             assert_eq!(groups(&loaded)[0], "property 4");
         }
     }
+}
+
+/// A 3MF file around a model.
+fn archive(model: &str) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default();
+    zip.start_file("3D/3dmodel.model", options).unwrap();
+    zip.write_all(model.as_bytes()).unwrap();
+    zip.finish().unwrap().into_inner()
+}
+
+/// A cube with a triangle set, an object of two copies of it, and what is built.
+fn model_3mf(build: &str) -> String {
+    let vertices: String = (CORNERS.iter())
+        .map(|[x, y, z]| format!("<vertex x='{x}' y='{y}' z='{z}'/>"))
+        .collect();
+    let quads = [
+        [0, 3, 2, 1],
+        [4, 5, 6, 7],
+        [0, 1, 5, 4],
+        [1, 2, 6, 5],
+        [2, 3, 7, 6],
+        [3, 0, 4, 7],
+    ];
+    let triangles: String = (quads.iter())
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+        .map(|[a, b, c]| format!("<triangle v1='{a}' v2='{b}' v3='{c}'/>"))
+        .collect();
+    format!(
+        "<?xml version='1.0'?><model unit='centimeter' xmlns:t='x'><resources>\
+         <object id='1' name='cube &amp; co'><mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles>\
+         <t:trianglesets><t:triangleset name='rim' identifier='r'><t:ref index='0'/><t:refrange startindex='4' endindex='5'/>\
+         </t:triangleset></t:trianglesets></mesh></object>\
+         <object id='2'><components><component objectid='1'/>\
+         <component objectid='1' transform='-1 0 0 0 1 0 0 0 1 9 0 0'/></components></object>\
+         </resources><build>{build}</build></model>"
+    )
+}
+
+#[test]
+fn builds_of_3mf_in_millimetres() {
+    let read = |build: &str| {
+        read_mesh_bytes(
+            &archive(&model_3mf(build)),
+            MeshFormat::ThreeMf,
+            "part".as_ref(),
+        )
+    };
+    let one = read("<item objectid='1'/>").unwrap();
+    assert!((one.mesh.volume() - 1e3).abs() < 1e-9);
+    assert!(one.mesh.edges().census().is_closed());
+    assert_eq!(one.names.of(0).object.as_deref(), Some("cube & co"));
+    let rim: Vec<u32> = (0..12)
+        .filter(|&f| one.names.of(f).groups == ["rim"])
+        .collect();
+    assert_eq!(rim, [0, 4, 5]);
+    assert_eq!(one.warnings[0].code, "unit");
+    // Of the two copies one is mirrored, and still outward.
+    let two = read("<item objectid='2' transform='0 1 0 -1 0 0 0 0 1 0 0 5'/>").unwrap();
+    assert!((two.mesh.volume() - 2e3).abs() < 1e-9);
+    assert!((two.mesh.bounds().max.y - 90.0).abs() < 1e-9);
+    assert!((two.mesh.bounds().min.z - 50.0).abs() < 1e-9);
+    for (build, word) in [
+        ("<item objectid='7'/>", "does not exist"),
+        ("<item objectid='1' transform='1 2'/>", "transform"),
+        (
+            "<item objectid='1' p:path='/3D/a.model'/>",
+            "another model file",
+        ),
+        ("<item/>", "objectid"),
+        ("", "no faces"),
+    ] {
+        let message = read(build).unwrap_err().to_string();
+        assert!(message.contains(word), "{message}");
+    }
+    let endless = model_3mf("<item objectid='2'/>").replace("objectid='1'", "objectid='2'");
+    let error = read_mesh_bytes(&archive(&endless), MeshFormat::ThreeMf, "part".as_ref());
+    assert!(
+        error
+            .unwrap_err()
+            .to_string()
+            .contains("component of itself")
+    );
+    let error = read_mesh_bytes(b"PK not at all", MeshFormat::ThreeMf, "part".as_ref());
+    assert!(error.unwrap_err().to_string().contains("archive"));
 }
 
 /// What is wrong is told with its line; nothing panics.

@@ -2,6 +2,7 @@
 
 mod broken_files;
 mod cli_input;
+mod closes;
 mod common;
 mod detect;
 mod elements;
@@ -9,6 +10,7 @@ mod end_to_end;
 mod exactness;
 mod far;
 mod harm;
+mod info;
 mod invariance;
 mod offset;
 mod parts;

@@ -84,7 +84,7 @@ fn an_open_part_is_refused_unless_allowed() {
     let mut mesh = plate();
     mesh.triangles.remove(0);
     let error = bad(&mesh);
-    let PartError::Open { count, first } = &error else {
+    let PartError::Open { count, first, .. } = &error else {
         panic!("{error}");
     };
     assert_eq!(*count, 3);
@@ -96,6 +96,28 @@ fn an_open_part_is_refused_unless_allowed() {
     let (part, warnings) = build(&mesh, OPEN).unwrap();
     assert!(!part.is_closed());
     assert!(matches!(warnings[..], [PartWarning::Open { count: 3, .. }]));
+}
+
+/// Noise of single precision closes by itself, but only where it closes all.
+#[test]
+fn noise_is_welded_and_said() {
+    let mesh = plate();
+    let mut noisy = TriMesh {
+        positions: mesh.faces().flat_map(|f| mesh.corners(f)).collect(),
+        triangles: (0..12).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
+    };
+    for (k, p) in noisy.positions.iter_mut().enumerate() {
+        *p += 1e-17 * (k % 3) as f64;
+        p.x *= 1.0 + 1e-8 * (k % 5) as f64;
+    }
+    let (part, warnings) = good(&noisy);
+    let [PartWarning::Welded { exact, near }] = warnings[..] else {
+        panic!("{warnings:?}");
+    };
+    assert!(near > 0 && exact + near == 28, "{exact} {near}");
+    assert!(part.is_closed());
+    noisy.triangles.pop();
+    assert!(matches!(bad(&noisy), PartError::Open { weld: None, .. }));
 }
 
 #[test]
@@ -112,9 +134,15 @@ fn split_vertices_are_welded() {
 
     let mut rough = split.clone();
     for (k, p) in rough.positions.iter_mut().enumerate() {
-        p.x += 1e-7 * (k % 5) as f64;
+        p.x += 1e-4 * (k % 5) as f64;
     }
-    assert!(matches!(bad(&rough), PartError::Open { .. }));
+    let error = bad(&rough);
+    let PartError::Open {
+        weld: Some(named), ..
+    } = error
+    else {
+        panic!("{error}");
+    };
     let weld = |tolerance| {
         let options = PartOptions {
             allow_open: false,
@@ -122,7 +150,8 @@ fn split_vertices_are_welded() {
         };
         build(&rough, options)
     };
-    let (part, warnings) = weld(1e-5).unwrap();
+    assert!(weld(named).is_ok(), "{named}");
+    let (part, warnings) = weld(1e-2).unwrap();
     let [PartWarning::Welded { exact, near }] = warnings[..] else {
         panic!("{warnings:?}");
     };

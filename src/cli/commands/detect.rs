@@ -8,21 +8,22 @@ use std::time::Instant;
 use midsurf::coping::detect::{DetectedFace, Detection, Options, Question};
 use midsurf::coping::{detect, detected_text, detected_toml, ranges};
 use midsurf::io::LoadedMesh;
-use midsurf::io::write::stage;
+use midsurf::io::write::{stage, stage_picture};
 use serde_json::{Value, json};
 
+use crate::cli::shared::coping::{facets, shown_ranges};
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, load, print_warnings};
 use crate::cli::shared::numbers::figure;
 use crate::cli::shared::pool;
 use crate::cli::shared::report::{Envelope, named};
-use crate::cli::shared::run::check_names;
+use crate::cli::shared::run::{check_names, check_suffix};
 
 const EXAMPLES: &str = "\
 Examples:
   midsurf tags detect bracket.stl -o bracket.coping.toml
   midsurf tags detect bracket.stl -o bracket.coping.txt --json faces.json
-  midsurf tags detect bracket.stl --list
+  midsurf tags detect bracket.stl --list --picture doubts.png
 
 Writes an ordinary tag file, to read, edit and give to --coping: TOML if the
 name ends in .toml, else ranges of triangles. What is not sure is asked about,
@@ -35,7 +36,7 @@ Exit codes: 0 done, 2 wrong usage or bad input.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part (.obj, .stl, .ply, .off)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Tag file to write: TOML if the name ends in .toml, else text
     #[arg(short, long, value_name = "FILE")]
@@ -44,6 +45,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = Options::default().samples as u32,
           value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     samples: u32,
+    /// Picture of the part (.png): coping red, in doubt yellow if coping and
+    /// orange if wall
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
     /// Print every face, not only those in doubt
     #[arg(long)]
     list: bool,
@@ -55,8 +60,12 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let json_file = args.json.iter().filter(|file| *file != Path::new("-"));
     let outputs = args.output.iter().map(|file| (file.clone(), "tags"));
+    let outputs = outputs.chain(args.picture.iter().map(|file| (file.clone(), "picture")));
     let outputs = outputs.chain(json_file.clone().map(|file| (file.clone(), "report")));
     check_names(&[(&*args.part, "part")], outputs)?;
+    if let Some(file) = &args.picture {
+        check_suffix(file, ".png")?;
+    }
     pool::start(None);
     let start = Instant::now();
     let (loaded, warnings) = load(&args.part)?;
@@ -79,6 +88,10 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
         };
         staged.push(stage(file, |out| out.write_all(text.as_bytes())).map_err(Failure::output)?);
     }
+    if let Some(file) = &args.picture {
+        let colours = colours(&detection);
+        staged.push(stage_picture(&loaded.mesh, &colours, file).map_err(Failure::output)?);
+    }
     for file in json_file {
         let write = |out: &mut dyn Write| writeln!(out, "{report:#}");
         staged.push(stage(file, write).map_err(Failure::output)?);
@@ -90,14 +103,44 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     if args.json.as_deref() == Some(Path::new("-")) {
         writeln!(out, "{report:#}")?;
     } else {
-        print(&detection, args.list, &mut out)?;
+        print(&detection, &loaded.source, args.list, &mut out)?;
     }
     out.flush()?;
     Ok(ExitCode::SUCCESS)
 }
 
+/// One colour a triangle: what was decided, and what is asked about.
+fn colours(detection: &Detection) -> Vec<[u8; 3]> {
+    let mut asked = vec![false; detection.faces.len()];
+    for face in detection
+        .questions()
+        .iter()
+        .flat_map(|question| &question.faces)
+    {
+        asked[*face] = true;
+    }
+    let mut colours = vec![[0; 3]; detection.flags.len()];
+    for face in &detection.faces {
+        let colour = match (face.coping, asked[face.number]) {
+            (true, false) => [215, 60, 50],
+            (true, true) => [250, 210, 40],
+            (false, true) => [250, 140, 30],
+            (false, false) => [170, 190, 210],
+        };
+        for &triangle in &face.triangles {
+            colours[triangle as usize] = colour;
+        }
+    }
+    colours
+}
+
 /// The summary for people: totals, questions, on demand all faces.
-fn print(detection: &Detection, list: bool, out: &mut impl Write) -> io::Result<()> {
+fn print(
+    detection: &Detection,
+    source: &[u32],
+    list: bool,
+    out: &mut impl Write,
+) -> io::Result<()> {
     let area = |coping: bool| -> f64 {
         let faces = detection.faces.iter().filter(|face| face.coping == coping);
         faces.map(|face| face.area).sum()
@@ -135,7 +178,11 @@ fn print(detection: &Detection, list: bool, out: &mut impl Write) -> io::Result<
             question.text(detection)
         )?;
         let first = &detection.faces[question.faces[0]];
-        writeln!(out, "             triangles {}", shown(&first.triangles))?;
+        writeln!(
+            out,
+            "             triangles {}",
+            shown_ranges(&facets(source, &first.triangles))
+        )?;
     }
     if list {
         for face in &detection.faces {
@@ -144,19 +191,6 @@ fn print(detection: &Detection, list: bool, out: &mut impl Write) -> io::Result<
         }
     }
     Ok(())
-}
-
-/// The first ranges of a list of triangles.
-fn shown(triangles: &[u32]) -> String {
-    const RANGES_SHOWN: usize = 8;
-    let ranges = ranges(triangles);
-    let more = if ranges.len() > RANGES_SHOWN {
-        ", …"
-    } else {
-        ""
-    };
-    let first: Vec<_> = ranges.into_iter().take(RANGES_SHOWN).collect();
-    format!("{}{more}", first.join(", "))
 }
 
 fn as_json(

@@ -55,7 +55,7 @@ Exit codes: 0 done, 1 done but the result has cracks, 2 wrong usage or bad input
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off)
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     pub(crate) part: PathBuf,
     /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
     /// find them, or `none`
@@ -150,7 +150,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         write: start.elapsed().as_secs_f64() - read - Seconds::of_work(&result.work),
         total: start.elapsed().as_secs_f64(),
     };
-    let report = Report::new(&result, seconds);
+    let report = Report::new(&input, &result, seconds);
     let mut report_json = report.json(&args, &input, &result);
     if let Some(model) = model {
         report_json["shell"] = model;

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use super::detect::detection_json;
 use super::extract::Args;
+use super::missed::missed_tags;
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};
 use crate::cli::shared::numbers::figure;
@@ -51,11 +52,13 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    pub(crate) fn new(result: &Extraction, seconds: Seconds) -> Report {
+    pub(crate) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
+        let mut warnings = warnings(result);
+        warnings.extend(missed_tags(input, result));
         Report {
             figures: summary(&result.surface, &result.graph),
             thickness: Thickness::of(&result.surface),
-            warnings: warnings(result),
+            warnings,
             seconds,
             peak: peak(),
         }
@@ -117,6 +120,8 @@ impl Report {
                 "queries": work.counts.queries,
                 "queries_per_edge": work.counts.queries_per_edge,
                 "lost": work.counts.lost,
+                "matched": work.counts.matched,
+                "unsettled": work.counts.unsettled,
             },
         }))
     }
@@ -309,8 +314,18 @@ fn warnings(result: &Extraction) -> Vec<Warning> {
         warn(
             "lost",
             format!(
-                "followers stopped short at {}; what did not close otherwise is counted as a crack",
-                counted(result.work.counts.lost, "place")
+                "followers stopped short at {}; {} closed by the walls at their ends, what did not close is counted as a crack",
+                counted(result.work.counts.lost, "place"),
+                counted(result.work.counts.matched, "loop")
+            ),
+        );
+    }
+    if result.work.counts.unsettled > 0 {
+        warn(
+            "unsettled",
+            format!(
+                "followers do not agree in {}",
+                counted(result.work.counts.unsettled, "lattice face")
             ),
         );
     }

@@ -5,29 +5,32 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use midsurf::field::Field;
-use midsurf::mesh::{EdgeCensus, Part, PartOptions};
-use midsurf::walls::thickness::ThicknessProfile;
+use midsurf::mesh::{EdgeCensus, PartOptions};
 use serde::Serialize;
 
+use super::thickness_map::{WallThickness, stage_map};
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::numbers::figure;
 use crate::cli::shared::pool;
 use crate::cli::shared::report::named;
-use midsurf::io::quote::shown;
+use crate::cli::shared::run::{check_names, check_suffix};
+use midsurf::io::quote::{shown, shown_path};
 
 const EXAMPLES: &str = "\
 Examples:
   midsurf info bracket.stl
   midsurf info bracket.obj --coping bracket.coping.txt --json
+  midsurf info bracket.stl --min-wall 1.2 -o thickness.ply
 
 Wall thickness is measured from the wall triangles, weighted by area. The two
 checksums can be put under [mesh] in a TOML tag file, so that the tags are
 refused for another mesh: sha256 is that of the file, geometry stays the same
 when the mesh is converted between formats or its triangles are reordered.
 
-Exit codes: 0 done, 2 wrong usage or bad input.";
+Exit codes: 0 done, 1 a wall is thinner than --min-wall, 2 wrong usage or bad
+input.";
 
 /// Names shown before the list is cut short.
 const NAMES_SHOWN: usize = 20;
@@ -36,7 +39,7 @@ const NAMES_SHOWN: usize = 20;
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part (.obj, .stl, .ply, .off)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
     /// find them, or `none`
@@ -45,6 +48,12 @@ pub(crate) struct Args {
     /// Merge vertices within this distance
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive)]
     weld: Option<f64>,
+    /// Fail, with exit code 1, if a wall is thinner than this
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive)]
+    min_wall: Option<f64>,
+    /// Write a map of the wall thickness, coloured (.ply, .vtu)
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -73,36 +82,21 @@ struct Info {
     groups: Vec<String>,
     objects: Vec<String>,
     materials: Vec<String>,
-    thickness: Option<Thickness>,
+    thickness: Option<WallThickness>,
     warnings: Vec<Warning>,
 }
 
-/// Wall thickness by share of the wall area, in part units.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Thickness {
-    p5: f64,
-    p25: f64,
-    p50: f64,
-    p75: f64,
-    p95: f64,
-}
-
-/// Points of the walls at which the thickness is measured.
-const THICKNESS_SAMPLES: usize = 4000;
-
-/// Wall thickness percentiles of a part; none where no wall faces another.
-fn wall_thickness(part: &Part) -> Option<Thickness> {
-    let profile = ThicknessProfile::measure(&Field::new(part), THICKNESS_SAMPLES);
-    Some(Thickness {
-        p5: profile.percentile(5.0)?,
-        p25: profile.percentile(25.0)?,
-        p50: profile.percentile(50.0)?,
-        p75: profile.percentile(75.0)?,
-        p95: profile.percentile(95.0)?,
-    })
-}
-
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    let inputs = [(&*args.part, "part")];
+    let tags = args.coping.file().map(|file| (file, "coping tags"));
+    let inputs: Vec<_> = inputs.into_iter().chain(tags).collect();
+    if let Some(file) = &args.output {
+        check_suffix(file, ".ply, .vtu")?;
+    }
+    check_names(
+        &inputs,
+        args.output.iter().map(|file| (file.clone(), "map")),
+    )?;
     pool::start(None);
     let options = PartOptions {
         allow_open: true,
@@ -117,7 +111,22 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         "coping_doubt" | "coping_doubts" => false,
         _ => true,
     });
-    let info = Info::of(&input);
+    let field = Field::new(&input.part);
+    let thickness = WallThickness::of(&input.part, &field, args.min_wall);
+    if let Some(file) = &args.output {
+        let Some(thickness) = &thickness else {
+            return Err(Failure::no_result(
+                format!(
+                    "{}: no wall faces another, so there is no thickness to map",
+                    shown_path(&args.part)
+                ),
+                "check the coping tags with `midsurf tags explain PART TAGS`",
+            ));
+        };
+        let staged = stage_map(&input.part, &field, thickness, file)?;
+        staged.commit().map_err(Failure::output)?;
+    }
+    let info = Info::of(&input, thickness);
     print_warnings(&info.warnings);
     let mut out = io::stdout().lock();
     if args.json {
@@ -127,11 +136,15 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         info.print(&mut out)?;
     }
     out.flush()?;
-    Ok(ExitCode::SUCCESS)
+    let check = info.thickness.and_then(|thickness| thickness.check);
+    Ok(match check {
+        Some(check) if !check.passed => ExitCode::from(1),
+        _ => ExitCode::SUCCESS,
+    })
 }
 
 impl Info {
-    fn of(input: &Input) -> Info {
+    fn of(input: &Input, thickness: Option<WallThickness>) -> Info {
         let part = &input.part;
         let mesh = part.mesh();
         let uses = mesh.edges();
@@ -141,7 +154,14 @@ impl Info {
             unbalanced,
             ..
         } = uses.census();
-        let (_, components) = uses.components(mesh.triangles.len());
+        // A triangle with a repeated corner is no shell of its own.
+        let (labels, _) = uses.components(mesh.triangles.len());
+        let whole = |&[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+        let labels = labels.into_iter().zip(&mesh.triangles);
+        let mut shells: Vec<u32> = labels.filter(|(_, t)| whole(t)).map(|(l, _)| l).collect();
+        let triangles = shells.len() as i64;
+        shells.sort_unstable();
+        shells.dedup();
         let edges = uses.by_edge().count() as i64;
         let bounds = part.bounds();
         let wall_area = mesh
@@ -163,8 +183,8 @@ impl Info {
             watertight: part.is_closed(),
             open_edges: open,
             non_manifold_edges: balanced + unbalanced,
-            components,
-            euler: mesh.positions.len() as i64 - edges + mesh.triangles.len() as i64,
+            components: shells.len(),
+            euler: mesh.positions.len() as i64 - edges + triangles,
             volume: part.volume(),
             area: part.area(),
             wall_area,
@@ -174,7 +194,7 @@ impl Info {
             groups: unique(sets.iter().flat_map(|set| set.groups.clone())),
             objects: unique(sets.iter().filter_map(object)),
             materials: unique(sets.iter().filter_map(material)),
-            thickness: wall_thickness(part),
+            thickness,
             warnings: input.warnings.clone(),
         }
     }
@@ -222,7 +242,7 @@ impl Info {
             figure(b[2] - a[2]),
             figure(self.diagonal)
         )?;
-        match self.thickness {
+        match &self.thickness {
             Some(t) => writeln!(
                 out,
                 "thickness    5 % {}, 25 % {}, median {}, 75 % {}, 95 % {}",
@@ -233,6 +253,24 @@ impl Info {
                 figure(t.p95)
             )?,
             None => writeln!(out, "thickness    unknown, no wall faces another")?,
+        }
+        if let Some(t) = &self.thickness {
+            let [x, y, z] = t.thinnest_at.map(figure);
+            writeln!(
+                out,
+                "thinnest     {} at ({x}, {y}, {z}), triangle {}",
+                figure(t.thinnest),
+                t.thinnest_triangle
+            )?;
+            if let Some(check) = t.check {
+                let passed = if check.passed { "passed" } else { "failed" };
+                writeln!(
+                    out,
+                    "min wall     {}: {passed}, {:.1} % of the wall is thinner",
+                    figure(check.min_wall),
+                    100.0 * check.share_below
+                )?;
+            }
         }
         for (kind, names) in [
             ("groups", &self.groups),

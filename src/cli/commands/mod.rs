@@ -3,15 +3,18 @@
 pub(crate) mod check;
 mod closed_part;
 pub(crate) mod detect;
+pub(crate) mod explain;
 pub(crate) mod extract;
 mod extract_report;
 pub(crate) mod hollow;
 pub(crate) mod info;
+mod missed;
 pub(crate) mod offset;
 pub(crate) mod rethicken;
 pub(crate) mod roundtrip;
 pub(crate) mod subdivide;
 pub(crate) mod tags;
 pub(crate) mod thicken;
+mod thickness_map;
 #[cfg(feature = "view")]
 pub(crate) mod view;

@@ -7,24 +7,25 @@ use std::process::ExitCode;
 use midsurf::coping::{Coping, RuleResult};
 use midsurf::io::LoadedMesh;
 use midsurf::io::quote::shown;
-use midsurf::io::write::{WriteError, stage};
+use midsurf::io::write::stage;
 use midsurf::mesh::FaceId;
 use serde_json::json;
 
-use super::detect;
+use super::{detect, explain};
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{load, load_tags, print_warnings};
 use crate::cli::shared::numbers::figure;
 use crate::cli::shared::pool;
 use crate::cli::shared::report::named;
-use crate::cli::shared::run::check_names;
+use crate::cli::shared::run::{check_names, check_suffix};
 
 const EXAMPLES: &str = "\
 Examples:
   midsurf tags bracket.obj bracket.coping.txt
   midsurf tags bracket.stl bracket.toml -o split.obj
   midsurf tags detect bracket.stl -o bracket.coping.toml
+  midsurf tags explain bracket.stl bracket.coping.toml
 
 The text form of tags has one item a line: a triangle index `12` (from 0, in the
 order of the file), a range `40-57`, or `group: rim_*`, which stands for all
@@ -52,11 +53,12 @@ pub(crate) struct Args {
 #[derive(clap::Subcommand)]
 enum Action {
     Detect(detect::Args),
+    Explain(explain::Args),
 }
 
 #[derive(clap::Args)]
 struct ShowArgs {
-    /// The part (.obj, .stl, .ply, .off)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// The tag file: text, or TOML if its name ends in .toml
     tags: PathBuf,
@@ -71,6 +73,7 @@ struct ShowArgs {
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     match (args.action, args.show) {
         (Some(Action::Detect(args)), _) => detect::run(&args),
+        (Some(Action::Explain(args)), _) => explain::run(&args),
         (None, Some(args)) => show(args),
         (None, None) => Err(Failure::usage(
             "a part and a tag file are needed",
@@ -117,15 +120,7 @@ fn show(args: ShowArgs) -> Result<ExitCode, Failure> {
 }
 
 fn check_output(args: &ShowArgs, file: &Path) -> Result<(), Failure> {
-    let is_obj = file
-        .extension()
-        .is_some_and(|suffix| suffix.eq_ignore_ascii_case("obj"));
-    if !is_obj {
-        return Err(Failure::input(WriteError::UnknownFormat {
-            file: file.to_owned(),
-            known: ".obj",
-        }));
-    }
+    check_suffix(file, ".obj")?;
     let inputs = [(&*args.part, "part"), (&*args.tags, "coping tags")];
     check_names(&inputs, [(file.to_owned(), "output")])
 }

@@ -34,7 +34,7 @@ Exit codes: 2 wrong usage or bad input, 130 interrupted.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part: a mesh (.obj, .stl, .ply, .off, .msh, .inp, .bdf) or a CAD model (.step, .iges, .brep)
+    /// The part: a mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Coping tags to start with: a file, `auto` to detect them, or `none`; saved tags
     /// go to that file if its name ends in .toml

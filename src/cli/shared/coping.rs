@@ -4,14 +4,19 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use midsurf::coping::detect::{Detection, Verdict};
+use midsurf::coping::{Sliver, ranges};
 use serde::{Serialize, Serializer};
 
 use super::input::Warning;
+use super::numbers::figure;
 use super::report::named;
 use midsurf::io::quote::shown_path;
 
 /// Questions that a command lists before the list is cut short.
 const QUESTIONS_SHOWN: usize = 5;
+
+/// Ranges of triangles that a message names before the list is cut short.
+const RANGES_SHOWN: usize = 8;
 
 /// Where coping tags come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -86,4 +91,34 @@ pub(crate) fn detection_warnings(detection: &Detection, part: &Path) -> Vec<Warn
         });
     }
     warnings
+}
+
+/// What was done about a strip that nobody tagged.
+pub(crate) fn sliver_words(sliver: &Sliver, source: &[u32]) -> String {
+    let [x, y, z] = sliver.at.to_array().map(figure);
+    format!(
+        "triangles {} at ({x}, {y}, {z}) are a strip {} wide between coping faces that no tag names: taken for coping too",
+        shown_ranges(&facets(source, &sliver.triangles)),
+        figure(sliver.width)
+    )
+}
+
+/// Facets of the file that triangles come from, ascending: what tags and people
+/// count in.
+pub(crate) fn facets(source: &[u32], triangles: &[u32]) -> Vec<u32> {
+    let mut facets: Vec<u32> = triangles.iter().map(|&t| source[t as usize]).collect();
+    facets.dedup();
+    facets
+}
+
+/// The first ranges of a list of triangles.
+pub(crate) fn shown_ranges(triangles: &[u32]) -> String {
+    let ranges = ranges(triangles);
+    let more = if ranges.len() > RANGES_SHOWN {
+        ", …"
+    } else {
+        ""
+    };
+    let first: Vec<_> = ranges.into_iter().take(RANGES_SHOWN).collect();
+    format!("{}{more}", first.join(", "))
 }

@@ -8,7 +8,7 @@ use midsurf::mesh::{FaceId, Part, PartError, PartOptions};
 use serde::Serialize;
 
 use super::console::say;
-use super::coping::{CopingSource, detection_warnings};
+use super::coping::{CopingSource, detection_warnings, sliver_words};
 use super::failure::{Failure, place_of};
 use midsurf::io::quote::shown_path;
 
@@ -31,6 +31,8 @@ pub(crate) struct Input {
     source: Vec<u32>,
     pub(crate) rules: Vec<RuleResult>,
     pub(crate) detection: Option<Detection>,
+    /// Facet of the file that each triangle comes from.
+    pub(crate) source: Vec<u32>,
     pub(crate) part: Part,
     pub(crate) warnings: Vec<Warning>,
 }
@@ -71,7 +73,16 @@ pub(crate) fn load_tags(
     });
     let found = coping.detection.as_ref();
     let found = found.map(|detection| detection_warnings(detection, mesh_file));
-    let warnings = empty.chain(found.into_iter().flatten()).collect();
+    let slivers = coping.slivers.iter().map(|sliver| Warning {
+        code: "sliver",
+        message: format!(
+            "{}: {}",
+            shown_path(mesh_file),
+            sliver_words(sliver, &loaded.source)
+        ),
+    });
+    let warnings = empty.chain(found.into_iter().flatten());
+    let warnings = warnings.chain(slivers).collect();
     Ok((coping, warnings))
 }
 
@@ -112,6 +123,7 @@ impl Input {
             source: loaded.source,
             rules: coping.rules,
             detection: coping.detection,
+            source: loaded.source,
             part,
             warnings,
         })

@@ -75,6 +75,23 @@ impl RunArgs {
     }
 }
 
+/// Refuses an output whose name does not end in one of the suffixes, which are
+/// given as a message lists them: `.ply, .vtu`.
+pub(crate) fn check_suffix(file: &Path, known: &'static str) -> Result<(), Failure> {
+    let suffix = file.extension().map(|suffix| suffix.to_ascii_lowercase());
+    let fits = |name: &str| {
+        let name = name.trim_start_matches('.');
+        suffix.as_ref().is_some_and(|suffix| suffix == name)
+    };
+    if known.split(", ").any(fits) {
+        return Ok(());
+    }
+    Err(Failure::input(WriteError::UnknownFormat {
+        file: file.to_owned(),
+        known,
+    }))
+}
+
 /// Refuses outputs that could not be written, or that would overwrite an input
 /// or each other, before any work is done. All come with their role.
 pub(crate) fn check_names(

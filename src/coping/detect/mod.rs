@@ -90,8 +90,8 @@ pub struct Detection {
     pub flags: Vec<bool>,
     /// The faces, in order of their lowest triangle.
     pub faces: Vec<DetectedFace>,
-    /// Share of the surface that belongs to thin walls: coping, or a wall at
-    /// least three times as wide as thick.
+    /// Share of the surface that belongs to thin walls: coping, or a wall between
+    /// two copings, or one at least three times as wide as thick.
     pub thin_share: f64,
     /// Points looked at.
     pub samples: usize,
@@ -131,10 +131,14 @@ pub fn detect(mesh: &TriMesh, options: &Options) -> Detection {
     let doubts = seen.doubts();
 
     let list = list(&surface, &faces, &measures, &decision, doubts);
+    let coping = |triangle: u32| decision.coping[faces.of(triangle)];
     let (mut thin, mut whole) = (0.0, 0.0);
     for (sample, probe) in samples.iter().zip(&probes) {
         whole += sample.weight;
-        if decision.coping[faces.of(sample.face)] || measures::is_thin(probe) {
+        let between_rims = probe
+            .sides
+            .is_some_and(|sides| sides.into_iter().all(coping));
+        if coping(sample.face) || between_rims || measures::is_thin(probe) {
             thin += sample.weight;
         }
     }

@@ -63,8 +63,10 @@ const OPPOSED: f64 = -0.8;
 /// counts as one, and from which it counts in full.
 const FAR: [f64; 2] = [-1.5, -0.5];
 
-/// Thicknesses behind a face at which its wall should still stand.
+/// Thicknesses behind a face at which its wall should still stand; farther
+/// behind it may do so again, beyond another wall that it passes through.
 const STANDS: f64 = 0.8;
+const STANDS_AT: [f64; 3] = [STANDS, 2.0, 3.0];
 
 /// Depth below the surface, in thicknesses, of the chord that tells which
 /// faces a face lies between.
@@ -222,9 +224,13 @@ impl Looker<'_> {
             );
             probe.plate = (((third / width).log2() - POST[0]) / POST[1]).clamp(0.0, 1.0);
             let fits = self.surface.nearest(inner, self.sample.face).0 > FIT * half;
-            let behind = middle - (STANDS * width).min(0.5 * depth) * n;
-            let chord = self.surface.chord(behind, chord.direction, 2.0 * width);
-            probe.goes_on = chord.is_finite();
+            probe.goes_on = STANDS_AT.iter().any(|at| {
+                let behind = middle - (at * width).min(0.5 * depth) * n;
+                let reach = 2.0 * width;
+                self.surface
+                    .chord(behind, chord.direction, reach)
+                    .is_finite()
+            });
             let rim = closed && fits && probe.goes_on;
             probe.score *= if rim { probe.plate } else { 0.0 };
         }

@@ -1,6 +1,7 @@
 //! Faces in doubt, as questions that a person can answer.
 
 use super::doubt::Reason;
+use super::verdict::Verdict;
 use super::{DetectedFace, Detection};
 
 /// Faces of more doubt are asked about.
@@ -35,10 +36,22 @@ fn likeness(face: &DetectedFace) -> Likeness {
     )
 }
 
+impl DetectedFace {
+    /// Whether a face taken for wall might close one.
+    pub fn looks_like_a_rim(&self) -> bool {
+        let signs = [Reason::RimLike, Reason::TwoMinds, Reason::Cut];
+        self.doubt > ASK && self.reasons.iter().any(|reason| signs.contains(reason))
+    }
+}
+
 impl Detection {
     /// The faces in doubt, alike ones together, gravest first: doubt times the
     /// root of the area.
     pub fn questions(&self) -> Vec<Question> {
+        if matches!(self.verdict(), Verdict::NoThinWall | Verdict::Open) {
+            // What the part is comes first.
+            return Vec::new();
+        }
         let mut groups: Vec<(Likeness, Vec<usize>)> = Vec::new();
         for (index, face) in self.faces.iter().enumerate() {
             if face.doubt <= ASK {

@@ -14,6 +14,7 @@ mod ply;
 mod polygon;
 mod stl;
 mod surface;
+mod threemf;
 
 use std::path::Path;
 
@@ -46,6 +47,8 @@ pub enum MeshFormat {
     Inp,
     /// Nastran bulk data.
     Bdf,
+    /// 3MF.
+    ThreeMf,
 }
 
 impl MeshFormat {
@@ -59,6 +62,7 @@ impl MeshFormat {
             "off" => Some(MeshFormat::Off),
             "msh" => Some(MeshFormat::Msh),
             "inp" => Some(MeshFormat::Inp),
+            "3mf" => Some(MeshFormat::ThreeMf),
             "bdf" | "nas" | "dat" => Some(MeshFormat::Bdf),
             _ => None,
         }
@@ -119,7 +123,11 @@ fn parse(bytes: &[u8], format: MeshFormat) -> Result<RawMesh, Located> {
         return Err((Place::Whole, Problem::Empty));
     }
     let binary_stl = format == MeshFormat::Stl && stl::is_binary(bytes);
-    if !binary_stl && let Some(what) = text::foreign(bytes) {
+    let archive = format == MeshFormat::ThreeMf;
+    if !binary_stl
+        && !archive
+        && let Some(what) = text::foreign(bytes)
+    {
         return Err((Place::Whole, Problem::Foreign(what)));
     }
     let raw = match format {
@@ -130,6 +138,7 @@ fn parse(bytes: &[u8], format: MeshFormat) -> Result<RawMesh, Located> {
         MeshFormat::Msh => msh::parse(bytes),
         MeshFormat::Inp => inp::parse(bytes),
         MeshFormat::Bdf => bdf::parse(bytes),
+        MeshFormat::ThreeMf => threemf::parse(bytes),
     }?;
     if raw.mesh.triangles.is_empty() {
         let vertices = raw.mesh.positions.len();

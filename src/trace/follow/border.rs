@@ -9,11 +9,12 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::contour::{self, Barrier, Exit, Fence, Region, Stop};
+use super::contour::{self, Barrier, Exit, Fence, Region, Start, Stop};
 use super::fan::Fan;
 use super::seam::Cage;
 use crate::mesh::FaceId;
 use crate::trace::probe::{Pair, Probe};
+use crate::trace::tolerances::Tolerances;
 
 /// Place where a border bends from one coping facet to the next.
 #[derive(Clone, Copy, Debug)]
@@ -62,15 +63,20 @@ pub fn follow(
     start: DVec3,
     pair: Pair,
     coping: FaceId,
+    from: Start,
 ) -> (BorderStop, Vec<Kink>) {
     const MOST_FACETS: usize = 20_000;
+    /// Facets met at one place at most: those round a corner of the coping.
+    const MOST_AT_ONE_PLACE: usize = 256;
+    let near = Tolerances::new(probe.walls().tolerances(), cage.size()).same_point;
     let mut kinks: Vec<Kink> = Vec::new();
-    let (mut x, mut pair, mut coping) = (start, pair, coping);
+    let mut at_one_place = 0;
+    let (mut x, mut pair, mut coping, mut from) = (start, pair, coping, from);
     for _ in 0..MOST_FACETS {
         let Some((region, faces)) = patch_region(probe, cage, coping) else {
             return (BorderStop::Lost { at: x }, kinks);
         };
-        match contour::follow(probe, &region, x, pair) {
+        match contour::follow(probe, &region, x, pair, from) {
             Stop::Side {
                 side,
                 at,
@@ -103,7 +109,15 @@ pub fn follow(
                     return (BorderStop::Lost { at }, kinks);
                 };
                 let normal = probe.field().normal(next);
-                kinks.push(Kink { at, pair: arrived });
+                at_one_place = if at.distance(x) <= near {
+                    at_one_place + 1
+                } else {
+                    0
+                };
+                if at_one_place > MOST_AT_ONE_PLACE {
+                    return (BorderStop::Lost { at }, kinks);
+                }
+                add_kink(&mut kinks, start, Kink { at, pair: arrived }, near);
                 // The neighbour runs the edge the other way; its inside lies left of that.
                 pair = contour::aim(
                     probe,
@@ -114,16 +128,19 @@ pub fn follow(
                 );
                 x = at;
                 coping = next;
+                from = Start::Plain;
             }
             Stop::Node { fan, arrived } => {
                 if fan.spokes.len() == 2 {
                     let on = fan.spokes[1 - arrived];
-                    kinks.push(Kink {
+                    let kink = Kink {
                         at: fan.at,
                         pair: on.pair,
-                    });
+                    };
+                    add_kink(&mut kinks, start, kink, near);
                     x = fan.at;
                     pair = on.pair;
+                    from = Start::Vertex;
                     continue;
                 }
                 return (
@@ -143,6 +160,15 @@ pub fn follow(
         }
     }
     (BorderStop::Lost { at: x }, kinks)
+}
+
+/// Adds a kink, unless the border is still where it bent last, as round a
+/// corner of the coping.
+fn add_kink(kinks: &mut Vec<Kink>, start: DVec3, kink: Kink, near: f64) {
+    let last = kinks.last().map_or(start, |k| k.at);
+    if last.distance(kink.at) > near {
+        kinks.push(kink);
+    }
 }
 
 /// The plane of a coping triangle inside a tetrahedron, fenced by the outline

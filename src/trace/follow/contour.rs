@@ -8,11 +8,16 @@ use super::fan::{Fan, fan, one_place};
 use crate::mesh::FaceId;
 use crate::trace::probe::{Pair, Probe};
 use crate::trace::solve::{Condition, distance_to, on_coping, solve};
+use crate::trace::tolerances::{REACH, SAME_WAY, SHRINK, STRAIGHT, TINY, Tolerances};
 
 /// Object angle, degrees, below which two walls that a contour passes between
 /// are facets of one curved wall: the contour bends by less than half of it
 /// and gets no vertex of its own.
 pub const CREASE_ANGLE: f64 = 20.0;
+
+/// How far a contour may lie off its chord, in chords: it bends by at most
+/// twice 30 degrees in a step.
+const SAGITTA: f64 = REACH;
 
 /// A convex polygon in a plane: where a contour may run.
 #[derive(Clone, Debug)]
@@ -147,6 +152,8 @@ pub enum Stop {
         station: usize,
         /// Heading on arrival.
         heading: DVec3,
+        /// The pair on arrival.
+        pair: Pair,
     },
     /// The two walls stop being separate along the contour itself.
     Fades {
@@ -185,9 +192,20 @@ fn heading(probe: &Probe, x: DVec3, normal: DVec3, pair: Pair) -> (DVec3, f64) {
     (t / length.max(1e-300), length)
 }
 
-/// Follows the contour of `pair` from `start` through the region.
-pub fn follow(probe: &mut Probe, region: &Region, start: DVec3, pair: Pair) -> Stop {
-    Follower::new(probe, region, start, pair).run()
+/// What a contour starts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// A point of the contour like any other. However near other walls or the
+    /// barrier are, they count.
+    Plain,
+    /// A vertex where walls tie or the contour ends on the barrier: what is
+    /// met within a tie of it is the vertex itself.
+    Vertex,
+}
+
+/// Follows the contour of `pair` from `at` through the region.
+pub fn follow(probe: &mut Probe, region: &Region, at: DVec3, pair: Pair, start: Start) -> Stop {
+    Follower::new(probe, region, at, pair, start).run()
 }
 
 struct Follower<'p, 'a, 'r> {
@@ -196,12 +214,20 @@ struct Follower<'p, 'a, 'r> {
     size: f64,
     tie: f64,
     tolerance: f64,
+    lengths: Tolerances,
     x: DVec3,
     pair: Pair,
     travelled: f64,
+    start: Start,
+    /// Facet edges passed at one place.
+    turns: usize,
     /// A station that turned out to lie beside the contour.
     passed: Option<usize>,
 }
+
+/// A chord that leaves the region at its very start, where the contour runs
+/// into the region first: a shorter one is needed.
+struct Bulges;
 
 /// Outcome of one trial step.
 #[expect(
@@ -216,7 +242,13 @@ enum Step {
 }
 
 impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
-    fn new(probe: &'p mut Probe<'a>, region: &'r Region, x: DVec3, pair: Pair) -> Self {
+    fn new(
+        probe: &'p mut Probe<'a>,
+        region: &'r Region,
+        x: DVec3,
+        pair: Pair,
+        start: Start,
+    ) -> Self {
         let tolerances = probe.walls().tolerances();
         let size = region.diameter();
         Follower {
@@ -225,16 +257,18 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             size,
             tie: tolerances.tie,
             tolerance: tolerances.solve,
+            lengths: Tolerances::new(tolerances, size),
             x,
             pair,
             travelled: 0.0,
+            start,
+            turns: 0,
             passed: None,
         }
     }
 
     fn run(&mut self) -> Stop {
         const MOST_STEPS: usize = 2000;
-        let shortest = (1e-6 * self.size).max(4.0 * self.tie);
         let mut length = self.size;
         for _ in 0..MOST_STEPS {
             match self.step(length) {
@@ -242,8 +276,8 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 Step::Moved => length = (2.0 * length).min(self.size),
                 Step::ShortenTo(most) => length = most,
                 Step::Shorten => {
-                    length = length.min(self.size) * 0.4;
-                    if length < shortest {
+                    length = length.min(self.size) * SHRINK;
+                    if length < self.lengths.shortest {
                         break;
                     }
                 }
@@ -251,13 +285,18 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         }
         // At a knife edge the walls meet and the sheet ends on them.
         let d = distance_to(self.probe.field(), self.x, self.pair.left).0;
-        if d < 1e-3 * self.size {
+        if d < TINY * self.size {
             return Stop::Fades {
                 at: self.x,
                 pair: self.pair,
             };
         }
         Stop::Lost { at: self.x }
+    }
+
+    /// Whether the contour has not left the vertex yet that it starts from.
+    fn at_vertex(&self) -> bool {
+        self.travelled == 0.0 && self.start == Start::Vertex
     }
 
     fn tie_condition(&self, pair: Pair) -> Condition {
@@ -287,7 +326,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         };
         let stride = predicted.distance(self.x);
         // A tie in distance is a wider gap where the sheet runs nearly along the plane.
-        let allowed = 0.3 * stride + 8.0 * self.tie / slope.min(1.0);
+        let allowed = REACH * stride + 8.0 * self.tie / slope.min(1.0);
         // Facets of a smooth wall take each other's place until the pair is the
         // one that is nearest at the far end of the step.
         const MOST_SLIDES: usize = 24;
@@ -301,17 +340,19 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             let outside = if leaving {
                 self.off_side(side.unwrap_or(0), y)
             } else {
-                self.region.excess(y) > 1e-12 * self.size
+                self.region.excess(y) > self.lengths.rounding
             };
             if outside {
                 return Step::Shorten;
             }
-            let exit = self.barrier(y, pair);
+            let Ok(exit) = self.barrier(y, pair) else {
+                return Step::Shorten;
+            };
             if let Some((at, _)) = exit {
                 // Coping that the chord grazes and the contour does not meet
                 // ahead: a shorter chord keeps clear of it.
                 let ahead = (at - self.x).dot(t);
-                if ahead < -self.tie || self.region.excess(at) > 1e-9 * self.size {
+                if ahead < -self.tie || self.region.excess(at) > self.lengths.outside {
                     return Step::Shorten;
                 }
                 y = at;
@@ -329,8 +370,16 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                     // between is seen only by steps no longer than the ball.
                     Some(_) if stride > 1.01 * d => return Step::ShortenTo(d),
                     Some(next) => pair = next,
-                    None if foot.distance >= d - self.tie => clear = true,
-                    None => return self.meet(y, pair, foot.face),
+                    None if foot.distance < d - self.tie => {
+                        return self.meet(y, pair, foot.face);
+                    }
+                    // On a side the neighbours decide by the walls that are
+                    // nearest there, and a branch point within a tie counts.
+                    None if leaving => match self.meet(y, pair, foot.face) {
+                        Step::Stop(stop) => return Step::Stop(stop),
+                        _ => clear = true,
+                    },
+                    None => clear = true,
                 }
             }
             if clear {
@@ -346,20 +395,22 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         }
         if let Some((station, _)) = station {
             if left_part.is_none()
-                && y.distance(self.region.stations[station]) <= 1e-6 * self.size + 4.0 * self.tie
+                && y.distance(self.region.stations[station])
+                    <= 1e-6 * self.size + self.lengths.same_point
             {
                 return Step::Stop(Stop::Station {
                     station,
                     heading: t,
+                    pair,
                 });
             }
             self.passed = Some(station);
         }
-        if left_part.is_none() && self.strays(y) {
+        if left_part.is_none() && (self.strays(y) || self.off_patch(y)) {
             return Step::Shorten;
         }
         let (next_heading, _) = heading(self.probe, y, self.region.normal, pair);
-        if left_part.is_none() && next_heading.dot(t) < 0.85 && stride > 1e-3 * self.size {
+        if left_part.is_none() && next_heading.dot(t) < STRAIGHT && stride > TINY * self.size {
             return Step::Shorten;
         }
         if !self.probe.separate(y, pair.left, pair.right) {
@@ -386,7 +437,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
 
     /// Whether a step can still be shortened before the follower gives up.
     fn shrinkable(&self, stride: f64) -> bool {
-        stride * 0.4 >= (1e-6 * self.size).max(4.0 * self.tie) * 2.5
+        stride * SHRINK >= self.lengths.shortest / SHRINK
     }
 
     /// The first station on the way ahead, and the way to it.
@@ -437,13 +488,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         !(-slack..=1.0 + slack).contains(&s)
     }
 
-    /// Whether a first step, which starts on the barrier perhaps, ends outside
-    /// the part without having crossed it: the contour bulges into the part,
-    /// its chord does not.
+    /// Whether a step ends outside the part without having crossed the
+    /// barrier: the contour bulges into the part, its chord does not.
     fn strays(&self, y: DVec3) -> bool {
-        self.travelled == 0.0
-            && matches!(self.region.barrier, Barrier::Coping)
-            && self.probe.field().signed_clearance(y) < -self.tie
+        matches!(self.region.barrier, Barrier::Coping) && self.probe.is_outside(y)
     }
 
     /// A branch point among facets of a curved wall, exact: within a tie the
@@ -484,50 +532,78 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
     }
 
     /// Where the way from the present point to `y` meets the barrier.
-    fn barrier(&mut self, y: DVec3, pair: Pair) -> Option<(DVec3, Exit)> {
-        let skip = if self.travelled == 0.0 {
-            1e-7 * self.size + 2.0 * self.tie
+    fn barrier(&mut self, y: DVec3, pair: Pair) -> Result<Option<(DVec3, Exit)>, Bulges> {
+        let skip = if self.at_vertex() {
+            self.lengths.same_point
         } else {
             0.0
         };
         match &self.region.barrier {
-            Barrier::None => None,
-            Barrier::Coping => {
-                let (at, coping) = self.probe.coping_hit(self.x, y, skip)?;
-                let (at, coping) = self.settle(at, coping, pair).unwrap_or((at, coping));
-                Some((at, Exit::Coping(coping)))
-            }
+            Barrier::None => Ok(None),
+            Barrier::Coping => match self.probe.coping_hit(self.x, y, skip) {
+                None => Ok(None),
+                Some((near, coping)) => {
+                    let (at, coping) = self.settle(near, coping, pair).ok_or(Bulges)?;
+                    Ok(Some((at, Exit::Coping(coping))))
+                }
+            },
             Barrier::Fences(fences) => self.fence(fences, y, pair),
         }
     }
 
-    /// The first fence that the way to `y` crosses outwards.
-    fn fence(&self, fences: &[Fence], y: DVec3, pair: Pair) -> Option<(DVec3, Exit)> {
-        const SLACK: f64 = 1e-9;
-        let mut first: Option<(f64, usize)> = None;
+    /// The first fence that the contour crosses outwards on the way to `y`.
+    ///
+    /// The chord only proposes fences: near a corner of the patch the contour
+    /// may pass on the other side of it than its chord. Where the contour
+    /// itself meets the line of a fence decides.
+    fn fence(
+        &self,
+        fences: &[Fence],
+        y: DVec3,
+        pair: Pair,
+    ) -> Result<Option<(DVec3, Exit)>, Bulges> {
+        let t = heading(self.probe, self.x, self.region.normal, self.pair).0;
+        let chord = y - self.x;
+        let sagitta = SAGITTA * chord.length() + 2.0 * self.tie;
+        let mut first: Option<(f64, DVec3, usize)> = None;
         for (k, fence) in fences.iter().enumerate() {
             let along = fence.to - fence.from;
+            let length = along.length();
+            let along = along / length.max(f64::MIN_POSITIVE);
             let inside = self.region.normal.cross(along).normalize_or_zero();
             let (a, b) = (inside.dot(self.x - fence.from), inside.dot(y - fence.from));
             if b >= 0.0 || a <= b || a < -self.tie {
                 continue;
             }
+            if a <= self.tie && t.dot(inside) > 0.0 {
+                // It starts on this fence, inwards, and comes back to it.
+                return Err(Bulges);
+            }
             let s = (a / (a - b)).clamp(0.0, 1.0);
-            let place = (self.x.lerp(y, s) - fence.from).dot(along) / along.length_squared();
-            if (-SLACK..=1.0 + SLACK).contains(&place) && first.is_none_or(|f| s < f.0) {
-                first = Some((s, k));
+            let guess = self.x + s * chord;
+            let off = |p: DVec3| {
+                let place = (p - fence.from).dot(along);
+                (-place).max(place - length)
+            };
+            if off(guess) > sagitta {
+                continue;
+            }
+            let third = Condition::plane(inside, fence.from);
+            // Without a tie there the pair is that of the far end of the step.
+            let at = (self.correct(guess, third, pair, 2.0 * sagitta)).ok_or(Bulges)?;
+            let way = (at - self.x).dot(chord);
+            if off(at) <= self.tie && first.is_none_or(|f| way < f.0) {
+                first = Some((way, at, k));
             }
         }
-        let (s, k) = first?;
-        let inside = self
-            .region
-            .normal
-            .cross(fences[k].to - fences[k].from)
-            .normalize_or_zero();
-        let guess = self.x.lerp(y, s);
-        let third = Condition::plane(inside, fences[k].from);
-        let at = self.correct(guess, third, pair, self.size).unwrap_or(guess);
-        Some((at, Exit::Fence(k)))
+        Ok(first.map(|(_, at, k)| (at, Exit::Fence(k))))
+    }
+
+    /// Whether a step on a patch of coping ends off the coping: it passed the
+    /// outline unseen.
+    fn off_patch(&self, y: DVec3) -> bool {
+        matches!(self.region.barrier, Barrier::Fences(_))
+            && self.probe.field().nearest_coping(y, self.tie).is_none()
     }
 
     /// The point of the contour on the coping, starting from a guess.
@@ -616,6 +692,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
 
     /// Another wall is nearer at `y`: find where it came up and what meets there.
     fn meet(&mut self, y: DVec3, pair: Pair, nearer: FaceId) -> Step {
+        /// Facet edges passed at one place before it becomes a vertex, where
+        /// the contour goes on by the walls alone: those round a corner of a
+        /// tessellated wall.
+        const MOST_TURNS: usize = 12;
         let field = self.probe.field();
         let mut third = nearer;
         let mut at = None;
@@ -629,7 +709,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 0.5
             };
             let guess = self.x.lerp(y, s);
-            let reach = 2.0 * self.x.distance(y) + 4.0 * self.tie;
+            let reach = 2.0 * self.x.distance(y) + self.lengths.same_point;
             let conditions = [
                 self.tie_condition(pair),
                 Condition::Tie(pair.left, third),
@@ -657,16 +737,19 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             .unwrap_or((at, distance));
         let (t, _) = heading(self.probe, self.x, self.region.normal, self.pair);
         let ahead = (at - self.x).dot(t);
-        if ahead < -4.0 * self.tie || self.region.excess(at) > 1e-9 * self.size {
+        if ahead < -self.lengths.same_point || self.region.excess(at) > self.lengths.outside {
             return Step::Shorten;
         }
-        if self.travelled == 0.0 && ahead <= 4.0 * self.tie {
+        if self.at_vertex() && ahead <= self.lengths.same_point {
             // The branch point that the contour leaves: its walls come near
             // again farther on, and a shorter step tells where.
             return Step::Shorten;
         }
+        let Ok(exit) = self.barrier(at, pair) else {
+            return Step::Shorten;
+        };
         if ahead > self.tie
-            && let Some((place, exit)) = self.barrier(at, pair)
+            && let Some((place, exit)) = exit
             && place.distance(at) > self.tie
         {
             // The barrier stands before the branch point. Where the walls of
@@ -693,7 +776,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
         let Some((arrived, spoke)) = arrived else {
             return Step::Shorten;
         };
-        if spoke.direction.dot(-back) < 0.5 {
+        if spoke.direction.dot(-back) < SAME_WAY {
             return Step::Shorten;
         }
         if fan.spokes.len() == 2 {
@@ -704,6 +787,10 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 let pair = self.prefer(at, on.pair, third);
                 if pair == self.pair && ahead <= self.tie {
                     return Step::Shorten;
+                }
+                self.turns = if ahead <= self.tie { self.turns + 1 } else { 0 };
+                if self.turns > MOST_TURNS {
+                    return Step::Stop(Stop::Node { fan, arrived });
                 }
                 self.travelled += at.distance(self.x) + self.tie;
                 self.x = at;

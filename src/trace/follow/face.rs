@@ -6,12 +6,13 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::contour::{self, Exit, Region, Stop};
-use super::fan::{Spoke, fan};
+use super::contour::{self, Exit, Region, Start, Stop};
+use super::fan::{Spoke, alike, fan};
 use crate::mesh::FaceId;
 use crate::trace::edge::Crossing;
 use crate::trace::probe::{Pair, Probe};
 use crate::trace::solve::distance_to;
+use crate::trace::tolerances::{SAME_WAY, Tolerances};
 
 /// What a face vertex is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +86,8 @@ pub struct FaceContours {
     pub found: Vec<(u8, Crossing)>,
     /// Where a follower could not go on, or two disagreed.
     pub lost: Vec<DVec3>,
+    /// Contours joined by their walls where a follower was lost.
+    pub matched: u32,
 }
 
 /// Solves a face given the vertices on its sides and the seeds inside it.
@@ -95,7 +98,6 @@ pub fn solve_face(
     low_first: [bool; 3],
     seeds: &[FaceSeed],
 ) -> FaceContours {
-    let tie = probe.walls().tolerances().tie;
     let size = region.corners[0].distance(region.corners[1]);
     region.stations = seeds.iter().map(|s| s.at).collect();
     let mut face = Work {
@@ -104,7 +106,7 @@ pub fn solve_face(
         low_first,
         used: sides.map(|s| vec![false; s.len()]),
         spokes_used: Vec::new(),
-        near: 1e-7 * size + 2.0 * tie,
+        near: Tolerances::new(probe.walls().tolerances(), size).same_point,
         out: FaceContours::default(),
     };
     for seed in seeds {
@@ -148,7 +150,36 @@ pub fn solve_face(
             pair,
         );
     }
+    face.close_open_ends(probe);
+    face.out.number_by_place();
     face.out
+}
+
+impl FaceContours {
+    /// Numbers the vertices by their place, so that their numbers do not tell
+    /// in which order they were found.
+    fn number_by_place(&mut self) {
+        let place = |n: &FaceNode| n.at.to_array();
+        let mut order: SmallVec<[usize; 4]> = (0..self.nodes.len()).collect();
+        order.sort_by(|&a, &b| {
+            let (p, q) = (place(&self.nodes[a]), place(&self.nodes[b]));
+            (p[0].total_cmp(&q[0]))
+                .then(p[1].total_cmp(&q[1]))
+                .then(p[2].total_cmp(&q[2]))
+        });
+        let mut number: SmallVec<[u16; 4]> = SmallVec::from_elem(0, order.len());
+        for (new, &old) in order.iter().enumerate() {
+            number[old] = new as u16;
+        }
+        for arc in &mut self.arcs {
+            for end in &mut arc.ends {
+                if let ArcEnd::Spoke { node, .. } = end {
+                    *node = number[*node as usize];
+                }
+            }
+        }
+        self.nodes = order.iter().map(|&k| self.nodes[k].clone()).collect();
+    }
 }
 
 struct Work<'r> {
@@ -173,6 +204,10 @@ impl Work<'_> {
             .iter()
             .any(|n| n.at.distance(seed.at) <= self.near)
         {
+            return;
+        }
+        if probe.is_outside(seed.at) {
+            self.out.lost.push(seed.at);
             return;
         }
         match seed.border {
@@ -223,7 +258,11 @@ impl Work<'_> {
 
     fn walk(&mut self, probe: &mut Probe, from: ArcEnd, at: DVec3, pair: Pair) {
         self.mark(from);
-        let stop = contour::follow(probe, self.region, at, pair);
+        let start = match from {
+            ArcEnd::Crossing { .. } => Start::Plain,
+            ArcEnd::Spoke { .. } => Start::Vertex,
+        };
+        let stop = contour::follow(probe, self.region, at, pair, start);
         let to = match stop {
             Stop::Side { side, at, pair } => self.arrive_on_side(probe, side, at, pair),
             Stop::Node { fan, arrived } => {
@@ -254,9 +293,16 @@ impl Work<'_> {
                 exit: Exit::Fence(_),
                 ..
             } => None,
-            Stop::Station { station, heading } => self
+            Stop::Station {
+                station,
+                heading,
+                pair,
+            } => self
                 .node_near(self.region.stations[station])
-                .and_then(|node| self.free_spoke(node, -heading)),
+                .and_then(|node| {
+                    self.free_spoke(node, -heading)
+                        .or_else(|| self.end_at(node, -heading, pair))
+                }),
             Stop::Fades { at, pair } => {
                 self.arrive_at_border(probe, at, pair, FaceNodeKind::Fading)
             }
@@ -274,6 +320,63 @@ impl Work<'_> {
         }
     }
 
+    /// Ends that no contour has: a follower was lost on the way.
+    fn open_ends(&self) -> SmallVec<[(ArcEnd, DVec3, [FaceId; 2]); 4]> {
+        let crossings = (self.sides.iter().enumerate()).flat_map(|(side, list)| {
+            list.iter().enumerate().map(move |(index, c)| {
+                let end = ArcEnd::Crossing {
+                    side: side as u8,
+                    index: index as u16,
+                };
+                (end, c.at, c.walls)
+            })
+        });
+        let spokes = (self.out.nodes.iter().enumerate()).flat_map(|(node, n)| {
+            n.spokes.iter().enumerate().map(move |(spoke, s)| {
+                let end = ArcEnd::Spoke {
+                    node: node as u16,
+                    spoke: spoke as u16,
+                };
+                (end, n.at, [s.pair.left, s.pair.right])
+            })
+        });
+        let joined = |end: &ArcEnd| self.out.arcs.iter().any(|a| a.ends.contains(end));
+        (crossings.chain(spokes))
+            .filter(|(end, ..)| !joined(end))
+            .collect()
+    }
+
+    /// Joins open ends between the same two walls by a contour, the likest
+    /// and nearest first, so that both tetrahedra at the face get the same.
+    fn close_open_ends(&mut self, probe: &Probe) {
+        if self.out.lost.is_empty() {
+            return;
+        }
+        let open = self.open_ends();
+        let field = probe.field();
+        let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
+        for (i, a) in open.iter().enumerate() {
+            for (j, b) in open.iter().enumerate().skip(i + 1) {
+                let one_node = matches!((a.0, b.0), (ArcEnd::Spoke { node: m, .. }, ArcEnd::Spoke { node: n, .. }) if m == n);
+                let like = alike(field, a.1, a.2, b.2) || alike(field, b.1, a.2, b.2);
+                if like && !one_node {
+                    candidates.push((a.1.distance(b.1), i, j));
+                }
+            }
+        }
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut taken: SmallVec<[bool; 4]> = SmallVec::from_elem(false, open.len());
+        for (_, i, j) in candidates {
+            if !taken[i] && !taken[j] {
+                (taken[i], taken[j]) = (true, true);
+                self.out.arcs.push(FaceArc {
+                    ends: [open[i].0, open[j].0],
+                });
+                self.out.matched += 1;
+            }
+        }
+    }
+
     fn node_near(&self, at: DVec3) -> Option<usize> {
         let near = |n: &FaceNode| n.at.distance(at);
         (0..self.out.nodes.len())
@@ -285,7 +388,9 @@ impl Work<'_> {
     fn free_spoke(&self, node: usize, direction: DVec3) -> Option<ArcEnd> {
         let spokes = &self.out.nodes[node].spokes;
         (0..spokes.len())
-            .filter(|&s| !self.spokes_used[node][s] && spokes[s].direction.dot(direction) > 0.5)
+            .filter(|&s| {
+                !self.spokes_used[node][s] && spokes[s].direction.dot(direction) > SAME_WAY
+            })
             .max_by(|&a, &b| {
                 spokes[a]
                     .direction
@@ -296,6 +401,25 @@ impl Work<'_> {
                 node: node as u16,
                 spoke: spoke as u16,
             })
+    }
+
+    /// Ends a contour at a vertex where walls tie, although its own are hardly
+    /// separate there: a sheet that fades out along the curve through the
+    /// vertex.
+    fn end_at(&mut self, node: usize, direction: DVec3, pair: Pair) -> Option<ArcEnd> {
+        let vertex = &mut self.out.nodes[node];
+        if vertex.kind != FaceNodeKind::Tie || !vertex.spokes.is_empty() {
+            return None;
+        }
+        vertex.spokes.push(Spoke {
+            pair: pair.reversed(),
+            direction,
+        });
+        self.spokes_used[node].push(false);
+        Some(ArcEnd::Spoke {
+            node: node as u16,
+            spoke: 0,
+        })
     }
 
     fn arrive_at_border(
@@ -325,8 +449,10 @@ impl Work<'_> {
     ) -> Option<ArcEnd> {
         let gap = |c: &Crossing| c.at.distance(at);
         let known = &self.sides[side];
+        let field = probe.field();
         let best = (0..known.len())
             .filter(|&k| gap(&known[k]) <= self.near)
+            .filter(|&k| alike(field, at, known[k].walls, [pair.left, pair.right]))
             .min_by(|&a, &b| {
                 (self.used[side][a], gap(&known[a]))
                     .partial_cmp(&(self.used[side][b], gap(&known[b])))
@@ -335,11 +461,11 @@ impl Work<'_> {
         let index = match best {
             Some(k) if self.used[side][k] => return None,
             Some(k) => k,
+            None if probe.is_outside(at) => return None,
             None => {
                 let (p, q) = self.region.side(side);
                 let way = if self.low_first[side] { q - p } else { p - q };
                 // Walls in order along the edge: `across` points to where the right one is nearer.
-                let field = probe.field();
                 let across =
                     distance_to(field, at, pair.left).1 - distance_to(field, at, pair.right).1;
                 let walls = if across.dot(way) > 0.0 {

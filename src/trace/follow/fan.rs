@@ -12,9 +12,10 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use crate::field::Footpoint;
+use crate::field::{Field, Footpoint};
 use crate::mesh::FaceId;
 use crate::trace::probe::{Pair, Probe};
+use crate::trace::solve::distance_to;
 
 /// One contour that leaves a point, in a plane.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +40,22 @@ pub struct Fan {
 /// Footpoints closer than this, seen from a point at `distance`, are one.
 pub fn one_place(distance: f64, tie: f64) -> f64 {
     8.0 * tie + 3.0 * (distance * tie).sqrt()
+}
+
+/// How unlike two pairs of walls are, seen from a point: the sum of the two
+/// gaps between the unit vectors from their footpoints, in the better order.
+pub fn unlike(field: &Field, at: DVec3, a: [FaceId; 2], b: [FaceId; 2]) -> f64 {
+    let away = |w: FaceId| distance_to(field, at, w).1;
+    let ([p, q], [u, v]) = (a.map(away), b.map(away));
+    (p.distance(u) + q.distance(v)).min(p.distance(v) + q.distance(u))
+}
+
+/// Whether two pairs of walls that tie at a point make the same sheet there:
+/// facets of one curved wall are beside each other, two walls are not.
+pub fn alike(field: &Field, at: DVec3, a: [FaceId; 2], b: [FaceId; 2]) -> bool {
+    /// Two gaps of some six degrees.
+    const GAP: f64 = 0.2;
+    unlike(field, at, a, b) < GAP
 }
 
 /// Gathers the tied footpoints of `at` into `probe.feet`, one a place.

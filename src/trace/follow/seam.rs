@@ -15,6 +15,7 @@ use super::fan::one_place;
 use crate::mesh::FaceId;
 use crate::trace::probe::Probe;
 use crate::trace::solve::{Condition, distance_to, on_coping, solve};
+use crate::trace::tolerances::{REACH, SHRINK, STRAIGHT, TINY, Tolerances};
 
 /// A tetrahedron: where a curve may run.
 #[derive(Clone, Copy, Debug)]
@@ -145,18 +146,19 @@ pub fn follow(
     start: DVec3,
     walls: &mut Walls,
     towards: DVec3,
+    start_on_coping: bool,
 ) -> CurveStop {
     const MOST_STEPS: usize = 1000;
     let tolerances = probe.walls().tolerances();
     let (tie, tolerance) = (tolerances.tie, tolerances.solve);
     let size = cage.size();
-    let shortest = (1e-6 * size).max(4.0 * tie);
+    let lengths = Tolerances::new(tolerances, size);
     let mut length = size;
     let mut x = start;
     let mut last = towards;
     let mut first = true;
     let mut steps = 0;
-    'step: while steps < MOST_STEPS && length >= shortest {
+    'step: while steps < MOST_STEPS && length >= lengths.shortest {
         steps += 1;
         let Some((mut t, mut triple)) = tangent(probe, x, walls) else {
             break;
@@ -185,7 +187,7 @@ pub fn follow(
         };
         // Close before a face that the curve meets at a low angle, the step is
         // short and the way along the face is not.
-        let reach = 0.3 * stride + 1e-3 * size;
+        let reach = REACH * stride + TINY * size;
         let ties = [
             Condition::Tie(triple[0], triple[1]),
             Condition::Tie(triple[0], triple[2]),
@@ -197,26 +199,34 @@ pub fn follow(
             reach,
             tolerance,
         ) else {
-            length = stride * 0.4;
+            length = stride * SHRINK;
             continue;
         };
-        let slack = if leaving { 1e-9 } else { 1e-12 };
-        if cage.excess(y, if leaving { exit.0 } else { usize::MAX }) > slack * size {
-            length = stride * 0.4;
+        let slack = if leaving {
+            lengths.outside
+        } else {
+            lengths.rounding
+        };
+        if cage.excess(y, if leaving { exit.0 } else { usize::MAX }) > slack {
+            length = stride * SHRINK;
             continue;
         }
         let mut left_part = None;
         if cage.may_leave_part {
-            let skip = if first { 1e-7 * size + 2.0 * tie } else { 0.0 };
+            let skip = if first && start_on_coping {
+                lengths.same_point
+            } else {
+                0.0
+            };
             if let Some((hit, coping)) = probe.coping_hit(x, y, skip) {
                 let Some((at, coping)) =
                     on_coping(probe.field(), ties, hit, coping, 0.5 * size, tolerance)
                 else {
-                    length = stride * 0.4;
+                    length = stride * SHRINK;
                     continue;
                 };
-                if cage.excess(at, usize::MAX) > 1e-9 * size {
-                    length = stride * 0.4;
+                if cage.excess(at, usize::MAX) > lengths.outside {
+                    length = stride * SHRINK;
                     continue;
                 }
                 y = at;
@@ -259,7 +269,7 @@ pub fn follow(
             match again {
                 Some(z) => y = z,
                 None => {
-                    length = stride * 0.4;
+                    length = stride * SHRINK;
                     continue 'step;
                 }
             }
@@ -274,7 +284,7 @@ pub fn follow(
             if let Some(k) = slides_for(probe, y, &carried, foot.face) {
                 carried[k] = foot.face;
                 let Some((_, best)) = tangent(probe, y, &carried) else {
-                    length = stride * 0.4;
+                    length = stride * SHRINK;
                     continue 'step;
                 };
                 triple = best;
@@ -298,7 +308,7 @@ pub fn follow(
                 ) {
                     Some(z) => y = z,
                     None => {
-                        length = stride * 0.4;
+                        length = stride * SHRINK;
                         continue 'step;
                     }
                 }
@@ -309,13 +319,13 @@ pub fn follow(
             }
             // Over a long step a footpoint slides far and looks like a jump.
             if stride > 0.25 * d {
-                length = stride * 0.4;
+                length = stride * SHRINK;
                 continue 'step;
             }
             match junction(probe, x, y, triple, foot.face, tie, tolerance) {
                 Some((at, distance))
-                    if cage.excess(at, usize::MAX) <= 1e-9 * size
-                        && (at - x).dot(t) > -4.0 * tie =>
+                    if cage.excess(at, usize::MAX) <= lengths.outside
+                        && (at - x).dot(t) > -lengths.same_point =>
                 {
                     // At a bend of a reflex edge the footpoint only moves on to the next edge.
                     let point = probe.field().footpoint_on(at, foot.face).point;
@@ -333,10 +343,17 @@ pub fn follow(
                     continue 'step;
                 }
                 _ => {
-                    length = stride * 0.4;
+                    length = stride * SHRINK;
                     continue 'step;
                 }
             }
+        }
+        // Over a long step walls that gave way to others may hide a junction.
+        let turns =
+            tangent(probe, y, &carried).is_none_or(|(next, _)| next.dot(t).abs() < STRAIGHT);
+        if turns && left_part.is_none() && stride > TINY * size {
+            length = stride * SHRINK;
+            continue;
         }
         // Walls that tied at the start but do no more: the seam splits.
         let (d, _) = distance_to(probe.field(), y, triple[0]);
@@ -345,17 +362,13 @@ pub fn follow(
                 refresh(probe, y, d, &mut carried, k);
             }
             if (distance_to(probe.field(), y, carried[k]).0 - d).abs() > 8.0 * tie {
-                length = stride * 0.4;
+                length = stride * SHRINK;
                 continue 'step;
             }
         }
         // A curve may bulge into the part where its chord does not.
-        if first
-            && cage.may_leave_part
-            && left_part.is_none()
-            && probe.field().signed_clearance(y) < -tie
-        {
-            length = stride * 0.4;
+        if cage.may_leave_part && left_part.is_none() && probe.is_outside(y) {
+            length = stride * SHRINK;
             continue;
         }
         let beside = if leaving && left_part.is_none() {
@@ -363,8 +376,8 @@ pub fn follow(
         } else {
             usize::MAX
         };
-        if cage.excess(y, beside) > 1e-9 * size {
-            length = stride * 0.4;
+        if cage.excess(y, beside) > lengths.outside {
+            length = stride * SHRINK;
             continue;
         }
         *walls = carried;

@@ -20,12 +20,13 @@ use crate::mesh::FaceId;
 use crate::surface::marked::Line;
 use crate::trace::edge::Crossing;
 use crate::trace::follow::border::{self, BorderStop, Kink};
-use crate::trace::follow::contour;
+use crate::trace::follow::contour::{self, Start};
 use crate::trace::follow::face::{ArcEnd, FaceContours, FaceNodeKind, FaceSeed};
 use crate::trace::follow::fan::{Spoke, Star, fan, star};
 use crate::trace::follow::seam::{self, Cage, CurveStop};
 use crate::trace::probe::{Pair, Probe};
 use crate::trace::solve::distance_to;
+use crate::trace::tolerances::{SAME_WAY, Tolerances};
 
 /// Name of a vertex of the mid-surface, the same for all who share it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -144,7 +145,7 @@ pub fn solve_tet(
     faces: [&FaceContours; 4],
     crossings: &FxHashMap<EdgeKey, SmallVec<[Crossing; 1]>>,
 ) -> TetSurface {
-    let tie = probe.walls().tolerances().tie;
+    let lengths = Tolerances::new(probe.walls().tolerances(), cage.size());
     let mut work = Work {
         probe,
         key,
@@ -152,7 +153,7 @@ pub fn solve_tet(
         faces,
         face_keys: key.faces(),
         crossings,
-        near: 1e-7 * cage.size() + 4.0 * tie,
+        near: lengths.same_point,
         ends: Vec::new(),
         strands: Vec::new(),
         bridges: Vec::new(),
@@ -294,7 +295,15 @@ impl Work<'_, '_> {
             return;
         }
         let mut carried = walls;
-        let stop = seam::follow(self.probe, self.cage, end.at, &mut carried, towards);
+        let on_coping = self.is_inner(end.vertex, |k| matches!(k, InnerKind::OnCoping(_)));
+        let stop = seam::follow(
+            self.probe,
+            self.cage,
+            end.at,
+            &mut carried,
+            towards,
+            on_coping,
+        );
         let line = if end.sheets.len() == 1 {
             Line::FadingBorder
         } else {
@@ -373,7 +382,12 @@ impl Work<'_, '_> {
     fn follow_border(&mut self, from: usize, end: &CurveEnd, coping: FaceId, towards: DVec3) {
         let normal = self.probe.field().normal(coping);
         let pair = contour::aim(self.probe, end.at, normal, end.sheets[0].1, towards);
-        let (stop, kinks) = border::follow(self.probe, self.cage, end.at, pair, coping);
+        let start = if self.is_inner(end.vertex, |_| true) {
+            Start::Vertex
+        } else {
+            Start::Plain
+        };
+        let (stop, kinks) = border::follow(self.probe, self.cage, end.at, pair, coping, start);
         let arrived = match stop {
             BorderStop::Face {
                 face,
@@ -415,13 +429,25 @@ impl Work<'_, '_> {
         };
         self.ends[to].done = true;
         let other = self.ends[to].clone();
-        let between = kinks.iter().map(|kink| self.add_kink(kink)).collect();
+        let near = self.near;
+        let between = (kinks.iter())
+            .filter(|kink| kink.at.distance(other.at) > near)
+            .map(|kink| self.add_kink(kink))
+            .collect();
         self.strands.push(Strand {
             ports: [end.sheets[0].0, other.sheets[0].0],
             vertices: [end.vertex, other.vertex],
             between,
             line: Line::CopingBorder,
         });
+    }
+
+    /// Whether a vertex lies inside, and is of such a kind.
+    fn is_inner(&self, vertex: VertexKey, is: impl Fn(InnerKind) -> bool) -> bool {
+        match vertex {
+            VertexKey::Inner(_, n) => (self.out.inner.get(n as usize)).is_some_and(|v| is(v.kind)),
+            _ => false,
+        }
     }
 
     fn ask(&mut self, face: usize, seed: FaceSeed) {
@@ -495,7 +521,7 @@ impl Work<'_, '_> {
                 continue;
             }
             if let Some(s) = score(end)
-                && s > 0.5
+                && s > SAME_WAY
                 && best.is_none_or(|b| s > b.0)
             {
                 best = Some((s, k));

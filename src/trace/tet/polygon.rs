@@ -16,26 +16,37 @@ pub fn triangulate(
 ) -> Option<Vec<[usize; 3]>> {
     /// Weight of shape against area.
     const SHAPE: f64 = 0.02;
-    /// Weight of a triangle that faces the other way than the polygon.
-    const FOLDED: f64 = 4.0;
+    /// Area against the squares of the sides below which there is none: a
+    /// thousand times what rounding leaves of a straight border.
+    const FLAT: f64 = 1e-9;
     let n = points.len();
     if n < 3 {
         return Some(Vec::new());
     }
     let up = normal(points).normalize_or_zero();
+    // A triangle that faces the other way than the polygon costs more than
+    // any cut without one.
+    let folded: f64 = 10.0
+        * (0..n)
+            .map(|k| points[0].distance_squared(points[k]))
+            .fold(0.0, f64::max);
+    let folded = folded * n as f64;
     let cost = |i: usize, j: usize, k: usize| {
         let (a, b, c) = (points[i], points[j], points[k]);
         let cross = (b - a).cross(c - a);
         let area = 0.5 * cross.length();
         let sides = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
         let quality = 4.0 * 3f64.sqrt() * area / sides.max(1e-300);
-        // Beside a concave bend of a border a triangle may lie over another.
-        let folded = if cross.dot(up) < -1e-12 * sides {
-            FOLDED * sides
+        // Beside a concave bend of a border a triangle may lie over another;
+        // three points of a straight border make none.
+        let fold = if cross.dot(up) < -FLAT * sides {
+            folded
+        } else if area <= FLAT * sides {
+            0.5 * folded
         } else {
             0.0
         };
-        area + SHAPE * sides * (1.0 - quality) + folded
+        area + SHAPE * sides * (1.0 - quality) + fold
     };
     let allowed = |i: usize, j: usize| j == i + 1 || (i == 0 && j == n - 1) || !forbidden(i, j);
     // best[i][j]: cost of the polygon i, i+1, .. j closed by the diagonal j-i.

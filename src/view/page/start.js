@@ -18,22 +18,34 @@ async function fetched(name) {
   return unpack(await answer.arrayBuffer());
 }
 
+function showFacts() {
+  const { facts, triangles } = page.part;
+  const size = facts.size.map((value) => figure(value)).join(' × ');
+  $('facts').textContent = `${many(triangles.length / 3)} triangles · ${size}`
+    + (facts.thickness ? ` · wall ${figure(facts.thickness, 3)}` : '');
+}
+
+// What takes the server a while to find out: wall thickness, or why the part cannot be extracted.
+async function measure() {
+  const { facts } = page.part;
+  Object.assign(facts, await (await fetch('measure')).json());
+  showFacts();
+  work.estimate();
+  document.querySelector('[data-do="extract"]').disabled = Boolean(facts.problem);
+  if (!facts.problem) return;
+  $('problem').hidden = false;
+  $('problem').replaceChildren(make('b', '', [`Cannot be extracted: ${facts.problem.message}`]),
+    make('p', '', [facts.problem.help || '']));
+}
+
 function showPart(pack) {
   const { facts } = pack;
   page.part = pack;
   page.camera.radius = facts.diagonal / 2 || 1;
   page.scene.setPart(pack);
   $('title').textContent = facts.title;
-  const size = facts.size.map((value) => figure(value)).join(' × ');
-  $('facts').textContent = `${many(pack.triangles.length / 3)} triangles · ${size}`
-    + (facts.thickness ? ` · wall ${figure(facts.thickness, 3)}` : '');
+  showFacts();
   document.title = `${facts.title} – midsurf`;
-  if (facts.problem) {
-    $('problem').hidden = false;
-    $('problem').replaceChildren(make('b', '', [`Cannot be extracted: ${facts.problem.message}`]),
-      make('p', '', [facts.problem.help || '']));
-    document.querySelector('[data-do="extract"]').disabled = true;
-  }
   if (facts.verdict) page.say(facts.verdict, false, 12);
   page.doubts = facts.doubts || [];
   if (page.served) {
@@ -58,12 +70,15 @@ async function start() {
     input.listen();
     work.estimate();
     page.fit();
+    document.querySelector('[data-do="extract"]').disabled = page.served;
+    const measured = page.served ? measure() : null;
     const mid = page.served ? await fetched('mid') : await carried('pack-mid');
     if (mid) takeMid(mid);
     else showLists();
     page.update();
     if (page.doubts.length) page.say(`${counted(page.doubts.length, 'question')} about coping faces: see Places`);
     document.documentElement.dataset.ready = 'yes';
+    await measured;
   } catch (error) {
     page.say(error.message, true, 1e6);
     document.documentElement.dataset.ready = 'failed';

@@ -36,7 +36,7 @@ const work = {
   },
 
   async extract() {
-    if (!page.served || work.running || page.part.facts.problem) return;
+    if (document.querySelector('[data-do="extract"]').disabled || !page.served || work.running) return;
     work.running = new AbortController();
     work.busy(true);
     try {

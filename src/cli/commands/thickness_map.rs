@@ -1,0 +1,139 @@
+//! Wall thickness for print shops and moulders: where it is least, how much of
+//! the wall is too thin, and a map of it.
+
+use std::path::Path;
+
+use glam::DVec3;
+use midsurf::field::Field;
+use midsurf::io::write::{Scalars, Staged, stage_scalars};
+use midsurf::mesh::{FaceId, Part, TriMesh};
+use midsurf::walls::thickness::{ThicknessProfile, thickness_at};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::cli::shared::failure::Failure;
+
+/// Points of the walls at which the thickness is measured.
+const SAMPLES: usize = 4000;
+
+/// Pieces that the map cuts a part into, about.
+const PIECES: f64 = 40_000.0;
+
+/// How far the points of a piece lie inside its corners, as a share of the way
+/// to its middle: on an edge the next wall would be nearest.
+const INSET: f64 = 0.15;
+
+/// Wall thickness by share of the wall area, in part units.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct WallThickness {
+    pub(crate) p5: f64,
+    pub(crate) p25: f64,
+    pub(crate) p50: f64,
+    pub(crate) p75: f64,
+    pub(crate) p95: f64,
+    pub(crate) thinnest: f64,
+    /// Where the wall is thinnest.
+    pub(crate) thinnest_at: [f64; 3],
+    /// Triangle of the wall there.
+    pub(crate) thinnest_triangle: u32,
+    /// What `--min-wall` asked for.
+    pub(crate) check: Option<WallCheck>,
+}
+
+/// Whether the walls are thick enough.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct WallCheck {
+    pub(crate) min_wall: f64,
+    pub(crate) share_below: f64,
+    pub(crate) passed: bool,
+}
+
+impl WallThickness {
+    /// Measures a part; none where no wall faces another.
+    pub(crate) fn of(part: &Part, field: &Field, min_wall: Option<f64>) -> Option<WallThickness> {
+        let profile = ThicknessProfile::measure(field, SAMPLES);
+        let thinnest = profile.thinnest()?;
+        // Single precision of the file is no fault of the wall.
+        let slack = 1e-6 * part.bounds().diagonal();
+        let check = min_wall.map(|min_wall| WallCheck {
+            min_wall,
+            share_below: profile.share_below(min_wall - slack),
+            passed: thinnest.thickness >= min_wall - slack,
+        });
+        Some(WallThickness {
+            p5: profile.percentile(5.0)?,
+            p25: profile.percentile(25.0)?,
+            p50: profile.percentile(50.0)?,
+            p75: profile.percentile(75.0)?,
+            p95: profile.percentile(95.0)?,
+            thinnest: thinnest.thickness,
+            thinnest_at: thinnest.at.to_array(),
+            thinnest_triangle: thinnest.face.0,
+            check,
+        })
+    }
+}
+
+/// A map of the thickness over the walls, beside its target; coping has none.
+pub(crate) fn stage_map(
+    part: &Part,
+    field: &Field,
+    thickness: &WallThickness,
+    file: &Path,
+) -> Result<Staged, Failure> {
+    let (mesh, faces) = pieces(part);
+    let value = |(piece, &face): (usize, &FaceId)| {
+        let corners = mesh.corners(FaceId(piece as u32));
+        let middle = corners.iter().sum::<DVec3>() / 3.0;
+        let wall = !part.coping()[face.index()];
+        corners.map(|corner| {
+            let measured = || thickness_at(field, face, corner.lerp(middle, INSET));
+            wall.then(measured).flatten().unwrap_or(f64::NAN)
+        })
+    };
+    let values: Vec<[f64; 3]> = faces
+        .par_iter()
+        .enumerate()
+        .map(|(i, f)| value((i, f)))
+        .collect();
+    let low = thickness.check.map_or(thickness.p5, |check| check.min_wall);
+    let scalars = Scalars {
+        name: "thickness",
+        values: values.as_flattened(),
+        range: [low, thickness.p95.max(low)],
+    };
+    stage_scalars(&mesh, scalars, file).map_err(Failure::output)
+}
+
+/// The part in small pieces with corners of their own, and the triangle that
+/// each comes from.
+fn pieces(part: &Part) -> (TriMesh, Vec<FaceId>) {
+    let largest = part.area() / PIECES;
+    let mut mesh = TriMesh::default();
+    let mut faces = Vec::new();
+    for face in part.mesh().faces() {
+        let [a, b, c] = part.corners(face);
+        let n = (part.mesh().triangle_area(face) / largest)
+            .sqrt()
+            .ceil()
+            .max(1.0) as usize;
+        let at = |i: usize, j: usize| {
+            a + (b - a) * (i as f64 / n as f64) + (c - a) * (j as f64 / n as f64)
+        };
+        let mut push = |corners: [DVec3; 3]| {
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(corners);
+            mesh.triangles.push([first, first + 1, first + 2]);
+            faces.push(face);
+        };
+        for i in 0..n {
+            for j in 0..n - i {
+                push([at(i, j), at(i + 1, j), at(i, j + 1)]);
+                if i + j + 1 < n {
+                    push([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+                }
+            }
+        }
+    }
+    (mesh, faces)
+}

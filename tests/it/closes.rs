@@ -1,0 +1,139 @@
+//! Extraction closes wherever a part lies in the lattice: no crack, nothing
+//! outside the part, no triangles that cut each other or have no area, and
+//! the same sheets. `tools/placements.rs` asks the same many times over.
+
+use glam::{DMat3, DVec3};
+use midsurf::extract::{Extraction, Settings, extract};
+use midsurf::field::Field;
+use midsurf::mesh::{Part, PartOptions, TriMesh, self_intersections};
+use midsurf::settings::cell::CellSize;
+use midsurf::surface::BorderKind;
+
+use crate::common::fixture_part;
+
+/// A part of `fixtures/placed`, shifted and turned.
+fn part(name: &str, turn: DMat3, shift: DVec3) -> Part {
+    let (mesh, coping) = fixture_part(&format!("placed/{name}"));
+    let mesh = TriMesh {
+        positions: mesh.positions.iter().map(|p| turn * *p + shift).collect(),
+        triangles: mesh.triangles,
+    };
+    Part::new(mesh, coping, PartOptions::default()).unwrap().0
+}
+
+fn at_rest(name: &str) -> Part {
+    part(name, DMat3::IDENTITY, DVec3::ZERO)
+}
+
+fn run(part: &Part, cell: CellSize) -> Extraction {
+    let settings = Settings {
+        cell,
+        ..Settings::default()
+    };
+    extract(part, &settings, &|_, _, _| ()).unwrap()
+}
+
+/// What must hold of every result.
+fn check(part: &Part, e: &Extraction, what: &str) {
+    let mesh = e.surface.mesh();
+    assert_eq!(e.graph.cracks(), [], "{what}: cracks");
+    let field = Field::new(part);
+    let limit = 1e-6 * part.bounds().diagonal();
+    for p in &mesh.positions {
+        assert!(
+            field.signed_clearance(*p) >= -limit,
+            "{what}: {p} lies outside the part"
+        );
+    }
+    let cut = self_intersections(&mesh);
+    assert!(cut.is_empty(), "{what}: triangles {cut:?} cut each other");
+    for face in mesh.faces() {
+        let [a, b, c] = mesh.corners(face);
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let height = (b - a).cross(c - a).length() / longest;
+        assert!(height > 1e-9 * longest, "{what}: {face:?} has no area");
+    }
+    assert_eq!(e.work.counts.unsettled, 0, "{what}: unsettled faces");
+}
+
+fn fading(e: &Extraction) -> usize {
+    let fading = |b: &&midsurf::surface::Border| b.kind == BorderKind::Fading;
+    e.surface.borders().iter().filter(fading).count()
+}
+
+/// A border passes close to corners of the facets of a freely meshed bore.
+#[test]
+fn a_border_keeps_to_the_facets_that_it_crosses() {
+    let part = at_rest("meshed_bores");
+    for cell in [3.0, 3.5, 4.95] {
+        let e = run(&part, CellSize::Length(cell));
+        check(&part, &e, &format!("cell {cell}"));
+        let area = e.surface.mesh().area();
+        assert!((area - 3300.4).abs() < 0.5, "cell {cell}: area {area}");
+        assert_eq!((e.surface.sheet_count(), fading(&e)), (1, 0), "cell {cell}");
+        assert_eq!(e.surface.borders().len(), 4, "cell {cell}");
+        assert_eq!(e.work.counts.lost, 0, "cell {cell}");
+    }
+}
+
+/// One cell size at which a sheet went on outside the part.
+#[test]
+fn nothing_outside_the_part_is_followed() {
+    for (name, cell, sheets, seams, area) in [
+        ("leak", 0.466_67, 1, 0, 5.84),
+        ("grid_corner", 0.333_3, 3, 1, 106.7),
+        ("rib_end", 0.7, 2, 1, 409.3),
+    ] {
+        let part = at_rest(name);
+        let e = run(&part, CellSize::Thicknesses(cell));
+        check(&part, &e, name);
+        let found = e.surface.mesh().area();
+        assert!((found / area - 1.0).abs() < 1e-3, "{name}: area {found}");
+        assert_eq!(
+            (e.surface.sheet_count(), e.surface.seams().len()),
+            (sheets, seams),
+            "{name}"
+        );
+    }
+}
+
+/// A placement: axis and angle of the turn, cell in wall thicknesses.
+type Placement = ([f64; 3], f64, f64);
+
+const PLACEMENTS: [Placement; 4] = [
+    ([0.31, -0.62, 0.72], 0.93, 0.61),
+    ([-0.55, 0.2, 0.81], 2.31, 1.38),
+    ([0.9, 0.13, -0.4], 4.07, 1.92),
+    ([0.02, 0.97, 0.24], 5.5, 2.71),
+];
+
+/// Parts as CAD systems give them, freely meshed, wherever they lie.
+#[test]
+fn parts_close_wherever_they_lie() {
+    for (name, sheets, seams, euler) in [
+        ("crossing_inner", 4, 5, 1),
+        ("clamp", 1, 0, -1),
+        ("honeycomb", 18, 12, -6),
+        ("bracket_fillet", 1, 0, -2),
+        ("boss_rib", 2, 1, 0),
+        ("bent_rib", 2, 1, 1),
+        ("engraved", 1, 0, 1),
+        ("stepped", 1, 0, 1),
+    ] {
+        for (axis, angle, cell) in PLACEMENTS {
+            let axis = DVec3::from_array(axis).normalize();
+            let turn = DMat3::from_axis_angle(axis, angle);
+            let part = part(name, turn, DVec3::new(0.37, 0.81, 0.13));
+            let e = run(&part, CellSize::Thicknesses(cell));
+            let what = format!("{name} at {angle}, cell {cell} t");
+            check(&part, &e, &what);
+            let counts = e.graph.counts();
+            assert_eq!(
+                (e.surface.sheet_count(), e.surface.seams().len()),
+                (sheets, seams),
+                "{what}"
+            );
+            assert_eq!(counts.euler, euler, "{what}");
+        }
+    }
+}
