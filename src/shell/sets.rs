@@ -35,9 +35,12 @@ pub struct LineSet {
     pub name: String,
     /// What it is.
     pub kind: SetKind,
-    /// Ends of each side, and the node in its middle if there is one.
-    pub sides: Vec<([u32; 2], Option<u32>)>,
+    /// Its sides.
+    pub sides: Vec<Side>,
 }
+
+/// Ends of a side of an element, and the node in its middle if there is one.
+pub type Side = ([u32; 2], Option<u32>);
 
 impl LineSet {
     /// Its nodes, ascending.
@@ -123,7 +126,7 @@ impl ShellModel {
             .lines
             .iter()
             .filter(|l| l.kind == SetKind::CopingBorder);
-        let mut sides: Vec<(String, ([u32; 2], Option<u32>))> = Vec::new();
+        let mut sides: Vec<(String, Side)> = Vec::new();
         for side in borders.flat_map(|l| &l.sides) {
             let [a, b] = side.0.map(|n| self.nodes[n as usize].position);
             if let Some(foot) = field.nearest_coping(a.midpoint(b), f64::INFINITY) {
