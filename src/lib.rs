@@ -2,24 +2,37 @@
 //! mesh with thickness (after Bloomenthal, "Triangulation of Implicitly
 //! Defined Mid-Surfaces").
 //!
-//! [`extract::extract`] turns a [`mesh::Part`] into an
-//! [`extract::Extraction`]; its source is the table of contents. Data flows one
-//! way through the rooms:
+//! [`extract()`] turns a [`Part`] into an [`Extraction`]; its source is the
+//! table of contents. Data flows one way:
 //!
 //! ```text
-//! io, coping -> mesh -> field -> walls -> trace -> reshape -> surface -> io
+//!   file        part         asked by all that follows        traced      edited      the result
+//!    io  ──────▶ mesh ──────▶ field ──────▶ walls ──────────▶ trace ────▶ reshape ──▶ surface ──▶ io
+//!  coping ────────┘                                            │
+//!                                              lattice ────────┘
 //! ```
 //!
-//! * [`io`] and [`coping`] read and write files; nothing else touches any.
-//! * [`mesh`]: the checked part.
-//! * [`field`]: nearest wall, insidedness, segment hits.
-//! * [`walls`]: what is one wall.
-//! * [`lattice`]: integer names of cells, tetrahedra, faces and edges.
-//! * [`trace`]: walks the lattice where the mid-surface leads.
-//! * [`reshape`] edits the traced mesh: clean-up.
-//! * [`surface`]: the result: sheets, seams, borders and what to say of them.
+//! | room | holds |
+//! | --- | --- |
+//! | [`mesh`] | triangles, the checked part, repairs, measures |
+//! | `field` | nearest wall, insidedness, segment hits |
+//! | `walls` | which footpoints are on one wall, how thick walls are |
+//! | `lattice` | integer names of cells, tetrahedra, faces and edges |
+//! | `trace` | the paper's sections 3 and 4: the mid-surface followed through the lattice |
+//! | [`surface`] | the result as a value: sheets, seams, borders, and what to say of them |
+//! | [`reshape`] | what edits it: clean-up, creases, remeshing |
+//! | [`check`] | the result held against the part |
+//! | [`coping`] | which triangles close a wall: tag files, and finding them |
+//! | [`io`] | readers and writers, one file a format |
+//! | [`settings`] | what all engines are told, and how they tell where they are |
 //!
-//! Beside that pipeline:
+//! Beside that pipeline stand the sister engines: [`offset`] grows, shrinks and
+//! hollows closed parts, [`thicken`] makes solids of surfaces, [`rethicken`] of
+//! mid-surfaces; [`subdivide`] makes hollow solids of Catmull-Clark control
+//! meshes. `dual_contour` turns a solid given by a function into a mesh without
+//! self-intersections, for all of these. [`roundtrip`] goes from the part to
+//! its mid-surface, back to a solid, and says how far that is off. `view`, a
+//! feature, is a page in the browser to look, tag and extract.
 //!
 //! * [`check`]: what a result fails to do, held against the part.
 //! * [`dual_contour`]: a solid given by a function, as a mesh without
@@ -33,18 +46,40 @@
 //! * `view`, a feature: a page in the browser to look, tag and extract.
 //! * [`settings`]: what all of these are told, and how they tell where they are
 //!   and refuse what would not fit.
+//! # Who may use whom
+//!
+//! ```text
+//! settings, mesh, lattice <- field <- walls <- trace <- extract
+//! mesh <- surface <- { trace, reshape, check, rethicken, io }
+//! mesh <- dual_contour <- { offset, thicken, rethicken, subdivide }
+//! ```
+//!
+//! *Never*: `surface` the field, `dual_contour` the field, `io` an engine, a
+//! stage of the extraction its conductor `extract`, an engine another engine
+//! (but `subdivide`'s contour scheme the offset, and `roundtrip` all it goes
+//! through), anything the command line, which lives in the binary. Rooms after
+//! `field` know triangles by number and ask the field for them; none keeps or
+//! walks a mesh.
+//!
+//! # What is public
+//!
+//! Each engine's verb, settings, result and error, and the types that these are
+//! made of. `internals` is for benches and oracles: no promise is made of it.
 
+// The public rooms speak of the private ones; their documentation is read with
+// private items.
+#![allow(rustdoc::private_intra_doc_links)]
 // A library neither prints nor gives up.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 
 pub mod check;
 pub mod coping;
-pub mod dual_contour;
+mod dual_contour;
 pub mod extract;
-pub mod field;
+mod field;
 pub mod io;
-pub mod lattice;
+mod lattice;
 pub mod mesh;
 pub mod offset;
 pub mod reshape;
@@ -55,12 +90,32 @@ pub mod shell;
 pub mod subdivide;
 pub mod surface;
 pub mod thicken;
-pub mod trace;
+mod trace;
 #[cfg(feature = "view")]
 pub mod view;
-pub mod walls;
+mod walls;
 
 pub use extract::{ExtractError, Extraction, Settings, extract};
 pub use mesh::{Part, PartOptions};
 pub use settings::cell::CellSize;
 pub use surface::MidSurface;
+
+/// The insides, for benches and oracles. No promise is made of what stands here.
+#[doc(hidden)]
+pub mod internals {
+    pub mod dual_contour {
+        pub use crate::dual_contour::*;
+    }
+    pub mod field {
+        pub use crate::field::*;
+    }
+    pub mod lattice {
+        pub use crate::lattice::*;
+    }
+    pub mod trace {
+        pub use crate::trace::*;
+    }
+    pub mod walls {
+        pub use crate::walls::*;
+    }
+}

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use divan::counter::ItemsCount;
 use glam::DVec3;
-use midsurf::field::Field;
+use midsurf::internals::field::Field;
 use midsurf::mesh::FaceId;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;

@@ -6,9 +6,9 @@
 //! `cargo bench --bench offset`; with a number after `--`, so many cells along the
 //! result instead of 256. Threads as RAYON_NUM_THREADS says.
 
-use midsurf::dual_contour::Filters;
 use midsurf::io::{read_control, read_mesh};
 use midsurf::mesh::{Part, PartOptions, TriMesh};
+use midsurf::offset::Filters;
 use midsurf::offset::{Offset, Settings, offset};
 use midsurf::subdivide::{Boundary, Cage, tessellate};
 

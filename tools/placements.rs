@@ -15,7 +15,7 @@ use std::process::ExitCode;
 use glam::{DMat3, DVec3};
 use midsurf::coping::read_tags;
 use midsurf::extract::{Extraction, Settings, extract};
-use midsurf::field::Field;
+use midsurf::internals::field::Field;
 use midsurf::io::read_mesh;
 use midsurf::mesh::self_intersections;
 use midsurf::mesh::{Part, PartOptions, TriMesh};

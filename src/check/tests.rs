@@ -57,10 +57,16 @@ fn an_extraction_passes() {
 fn a_surface_moved_to_one_side_is_off_the_middle() {
     let (part, surface) = tee();
     let thickness = Check::of(&part, &surface, true, &Limits::default()).thickness;
-    let all = counts(&part, &moved(&surface, &|p| p + 0.2 * thickness * (DVec3::X + DVec3::Y)));
+    let all = counts(
+        &part,
+        &moved(&surface, &|p| p + 0.2 * thickness * (DVec3::X + DVec3::Y)),
+    );
     assert!(count(&all, Measure::NodesOffMiddle) > 0);
     assert!(count(&all, Measure::CentresOffMiddle) > 0);
-    let all = counts(&part, &moved(&surface, &|p| p + 2.0 * thickness * (DVec3::X + DVec3::Y)));
+    let all = counts(
+        &part,
+        &moved(&surface, &|p| p + 2.0 * thickness * (DVec3::X + DVec3::Y)),
+    );
     assert!(count(&all, Measure::NodesOutside) > 0);
     assert!(count(&all, Measure::Excess) > 0);
 }

@@ -5,6 +5,8 @@ use glam::DVec3;
 use super::edges::{EdgeCensus, EdgeKind, EdgeUses};
 use super::error::{PartError, PartWarning};
 use super::orient::{make_consistent, make_outward, report};
+use super::shells::turn_by_nesting;
+use super::stitch::close_t_junctions;
 use super::weld::{Weld, weld_exact, weld_within};
 use super::{Bounds, FaceId, Part, TriMesh};
 
@@ -55,16 +57,17 @@ impl Part {
     /// Checks a mesh and its coping flags, puts right what can be put right
     /// without guessing, and reports that as warnings.
     ///
-    /// In order: indices and coordinates, welding, consistent orientation,
-    /// closedness, outward orientation, walls left. Triangles keep their
-    /// number and order; vertices that no triangle uses go.
+    /// In order: indices and coordinates, welding, T-junctions, consistent
+    /// orientation, closedness, outward orientation, walls left. Triangles keep
+    /// their number and order, pieces split off at T-junctions come after them;
+    /// vertices that no triangle uses go.
     ///
     /// # Errors
     ///
     /// A [`PartError`] names the triangle, vertex or edge at fault.
     pub fn new(
         mesh: TriMesh,
-        coping: Vec<bool>,
+        mut coping: Vec<bool>,
         options: PartOptions,
     ) -> Result<(Part, Vec<PartWarning>), PartError> {
         check_numbers(&mesh)?;
@@ -85,6 +88,12 @@ impl Part {
             warnings.push(warning);
             uses = mesh.edges();
         }
+        if uses.census().open > 0
+            && let Some(warning) = close_t_junctions(&mut mesh, &mut coping)
+        {
+            warnings.push(warning);
+            uses = mesh.edges();
+        }
         if let Some(warning) = make_consistent(&mut mesh, &uses)? {
             warnings.push(warning);
             uses = mesh.edges();
@@ -95,7 +104,8 @@ impl Part {
         if closed {
             check_volume(&mesh)?;
         }
-        warnings.extend(make_outward(&mut mesh, &uses));
+        warnings.extend(make_outward(&mut mesh));
+        warnings.extend(turn_by_nesting(&mut mesh, &uses));
         warnings.extend(check_walls(&mesh, &coping)?);
         Ok((
             Part {
@@ -133,7 +143,7 @@ fn check_numbers(mesh: &TriMesh) -> Result<(), PartError> {
     Ok(())
 }
 
-fn drop_unused(mesh: TriMesh) -> TriMesh {
+pub(super) fn drop_unused(mesh: TriMesh) -> TriMesh {
     let mut used = vec![false; mesh.positions.len()];
     for &v in mesh.triangles.iter().flatten() {
         used[v as usize] = true;

@@ -182,6 +182,13 @@ pub enum PartWarning {
         /// Merged because they were within the tolerance.
         near: usize,
     },
+    /// Vertices lay on edges of the triangles beyond, which were split there.
+    Stitched {
+        /// Edges closed.
+        edges: usize,
+        /// Triangles added.
+        triangles: usize,
+    },
     /// The part was inside out and was turned.
     Turned {
         /// Volume before.
@@ -194,9 +201,17 @@ pub enum PartWarning {
         /// Their triangles.
         triangles: usize,
     },
-    /// Shells too many to check each for being inside out.
+    /// Shells lay inside others the wrong way round for what they are there: a
+    /// cavity, mostly. They were turned.
+    ShellsNested {
+        /// Shells turned.
+        shells: usize,
+        /// Their triangles.
+        triangles: usize,
+    },
+    /// Shells too many to find out which lies in which.
     ShellsUnchecked {
-        /// Shells of negative volume left as they are.
+        /// Shells left as they are.
         shells: usize,
     },
     /// Triangles were turned to agree with their neighbours.
@@ -246,8 +261,10 @@ impl PartWarning {
     pub fn code(&self) -> &'static str {
         match self {
             PartWarning::Welded { .. } => "welded",
+            PartWarning::Stitched { .. } => "stitched",
             PartWarning::Turned { .. } => "turned",
             PartWarning::ShellsTurned { .. } => "shells_turned",
+            PartWarning::ShellsNested { .. } => "shells_nested",
             PartWarning::ShellsUnchecked { .. } => "shells_unchecked",
             PartWarning::Reoriented { .. } => "reoriented",
             PartWarning::Open { .. } => "open",
@@ -266,6 +283,10 @@ impl fmt::Display for PartWarning {
                 f,
                 "vertices welded: {exact} equal ones, {near} nearly equal ones"
             ),
+            PartWarning::Stitched { edges, triangles } => write!(
+                f,
+                "{edges} edges were open because vertices lie on them that their triangle does not have; splitting there added {triangles} triangles and moved nothing"
+            ),
             PartWarning::Turned { volume } => write!(
                 f,
                 "the part was inside out (volume {volume:.6}); all triangles were turned"
@@ -274,9 +295,18 @@ impl fmt::Display for PartWarning {
                 f,
                 "{shells} shells were inside out; their {triangles} triangles were turned"
             ),
+            PartWarning::ShellsNested { shells, triangles } => write!(
+                f,
+                "{shells} {} inside another shell the same way round as that; {triangles} triangles were turned, so that a shell in a shell is a cavity and one in a cavity is solid",
+                if *shells == 1 {
+                    "shell lies"
+                } else {
+                    "shells lie"
+                },
+            ),
             PartWarning::ShellsUnchecked { shells } => write!(
                 f,
-                "{shells} shells of negative volume were taken for cavities without a check, there being too many"
+                "{shells} shells were left as they are, too many to find out which lies in which"
             ),
             PartWarning::Reoriented { triangles, first } => write!(
                 f,

@@ -64,6 +64,11 @@ impl Bounds {
         point.cmpge(self.min).all() && point.cmple(self.max).all()
     }
 
+    /// Whether two boxes have a point in common.
+    pub fn meets(&self, other: &Bounds) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
     /// Edge lengths; zero for an empty box.
     pub fn size(&self) -> DVec3 {
         if self.is_empty() {

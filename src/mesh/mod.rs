@@ -12,6 +12,10 @@ mod intersect;
 mod measure;
 mod orient;
 pub mod sets;
+mod shells;
+mod simplify;
+mod stitch;
+mod unite;
 mod weld;
 
 use glam::DVec3;
@@ -22,6 +26,9 @@ pub use error::{EdgeReport, PartError, PartWarning};
 pub use frame::Frame;
 pub use intersect::{clash, self_intersections};
 pub use measure::{Bounds, is_thin};
+pub use shells::{Shell, closed_shells};
+pub use simplify::{Simplified, Simplify, simplify};
+pub use unite::{UniteError, cleared, without};
 pub use weld::{Weld, weld_exact, weld_within};
 
 /// Triangle of the part, by its place among the part's triangles (0-based).

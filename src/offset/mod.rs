@@ -5,12 +5,17 @@
 //! (`solid`: signed distance less offset, with closed forms along grid edges),
 //! and [`dual_contour`] makes the mesh.
 //!
+//! Bodies that overlap or touch are made one solid first (`bodies`): surface
+//! inside it would keep its distance too.
+//!
 //! Deviations from the paper, each explained where it is made: distances and
 //! tolerances in f64, an 8-wide tree in place of swept sphere volumes, edges
 //! split where the closed form says instead of in the middle, vertices moved on
 //! from the quadratic error function to the exact surface, chords that stray
 //! split once, and sheets in one cell parted.
 
+mod bodies;
+mod openings;
 mod solid;
 #[cfg(test)]
 mod tests;
@@ -23,14 +28,20 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Implicit, Numbers, Work};
+pub use crate::dual_contour::{Deviation, Filters, GridError, Work};
+
+use crate::dual_contour::{self, Grid, Implicit, Numbers};
 use crate::field::Field;
-use crate::mesh::{Bounds, Frame, Part, TriMesh, self_intersections};
+use crate::mesh::{Bounds, Frame, Part, Simplify, TriMesh, simplify};
 use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
+use bodies::one_solid;
 use solid::OffsetSolid;
+
+pub use bodies::{Void, Voids};
+pub use openings::{Cut, Drain, OpeningError, OpeningSyntax, opened};
 
 /// What to offset by, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +59,10 @@ pub struct Settings {
     pub memory_limit: u64,
     /// Filters of the narrow band.
     pub filters: Filters,
+    /// What becomes of cavities that the part has.
+    pub voids: Voids,
+    /// Whether flat and ruled regions get fewer triangles.
+    pub simplify: Option<Simplify>,
 }
 
 impl Settings {
@@ -67,6 +82,8 @@ impl Settings {
             precision: Precision::Double,
             memory_limit: MEMORY_LIMIT,
             filters: Filters::default(),
+            voids: Voids::Keep,
+            simplify: None,
         }
     }
 }
@@ -113,7 +130,14 @@ pub enum OffsetError {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OffsetWarning {
-    /// The part cuts through itself; insidedness is by winding number.
+    /// The part's bodies overlap or touch, or it cuts through itself; they were
+    /// made one solid first.
+    United {
+        /// Pairs of triangles that cut or touched.
+        pairs: usize,
+    },
+    /// The part cuts through itself and could not be made one solid;
+    /// insidedness is by winding number.
     SelfIntersecting {
         /// Pairs of triangles that do.
         pairs: usize,
@@ -131,8 +155,15 @@ pub enum OffsetWarning {
 pub struct Offset {
     /// Closed, manifold, outward, without self-intersections, not empty.
     pub mesh: TriMesh,
+    /// The solid that was offset, where it is not the part as given: its bodies
+    /// in one, or its cavities filled.
+    pub solid: Option<Part>,
+    /// Cavities of that solid.
+    pub voids: Vec<Void>,
     /// What the user should know.
     pub warnings: Vec<OffsetWarning>,
+    /// How far the contour was simplified, part units.
+    pub simplified: Option<f64>,
     /// Distance from the true offset at corners of triangles, sampled evenly
     /// over their list.
     pub corner_deviation: Deviation,
@@ -165,9 +196,11 @@ pub fn offset(
     let distance = settings.distance;
     let start = Instant::now();
     progress("field", 0, 0);
+    let bodies = one_solid(part, settings.voids);
+    let part = bodies.solid.as_ref().unwrap_or(part);
     let frame = Frame::around(&part.bounds().grown(distance.max(0.0)));
     let part = &*part.in_frame(frame);
-    let (field, warnings) = field(part, settings);
+    let (field, warnings) = field(part, settings, bodies.warning);
     let field_seconds = start.elapsed().as_secs_f64();
 
     let solid = OffsetSolid::new(&field, distance);
@@ -180,11 +213,20 @@ pub fn offset(
     if contour.mesh.triangles.is_empty() {
         return Err(OffsetError::Empty(distance.abs()));
     }
+    let simplified = settings.simplify.map(|how| {
+        progress("simplify", 0, 0);
+        let fewer = simplify(&contour.mesh, &how);
+        contour.mesh = fewer.mesh;
+        fewer.tolerance
+    });
     progress("check", 0, 0);
     let [corner_deviation, centre_deviation] = deviations(&solid, &contour.mesh);
     frame.leave(&mut contour.mesh.positions);
     Ok(Offset {
         mesh: contour.mesh,
+        solid: bodies.solid,
+        simplified,
+        voids: bodies.voids,
         warnings,
         corner_deviation,
         centre_deviation,
@@ -195,7 +237,8 @@ pub fn offset(
 
 /// A part with a cavity that leaves walls of the same thickness everywhere:
 /// the part's own triangles, and its shrunk offset turned inside out after
-/// them.
+/// them. Where the offset was made of another solid than the part as given
+/// ([`Offset::solid`]), that is the part to hollow.
 pub fn hollowed(part: &Part, shrunk: &TriMesh) -> TriMesh {
     let mut mesh = part.mesh().clone();
     let first = mesh.positions.len() as u32;
@@ -228,14 +271,15 @@ fn check(part: &Part, settings: &Settings) -> Result<(), OffsetError> {
     Ok(())
 }
 
-fn field(part: &Part, settings: &Settings) -> (Field, Vec<OffsetWarning>) {
-    let mesh = part.mesh();
-    let pairs = self_intersections(mesh).len();
-    let mut field = Field::of_mesh(mesh);
-    let mut warnings = Vec::new();
-    if pairs > 0 {
+fn field(
+    part: &Part,
+    settings: &Settings,
+    bodies: Option<OffsetWarning>,
+) -> (Field, Vec<OffsetWarning>) {
+    let mut field = Field::of_mesh(part.mesh());
+    let mut warnings: Vec<OffsetWarning> = bodies.into_iter().collect();
+    if let Some(OffsetWarning::SelfIntersecting { .. }) = bodies {
         field = field.by_winding();
-        warnings.push(OffsetWarning::SelfIntersecting { pairs });
     } else if !field.is_closed_manifold() {
         warnings.push(OffsetWarning::NotManifold);
     }

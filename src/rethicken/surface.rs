@@ -6,7 +6,7 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::RethickenError;
-use crate::mesh::{Bounds, Frame};
+use crate::mesh::{Bounds, Frame, TriMesh, weld_exact};
 use crate::surface::{BorderKind, MidSurface, segments};
 
 /// Triangles, any number of them to an edge, with the radius of a ball at
@@ -89,6 +89,57 @@ impl BallSurface {
             triangles,
             flat,
         })
+    }
+
+    /// Any shell mesh, non-manifold or not, with a thickness for each triangle,
+    /// half of it to either side. The solid ends flat at free edges.
+    ///
+    /// # Errors
+    ///
+    /// As [`BallSurface::new`].
+    pub fn of_shell(shell: &TriMesh, thickness: &[f64]) -> Result<BallSurface, RethickenError> {
+        if thickness.len() != shell.triangles.len() {
+            return Err(RethickenError::RadiusCount {
+                radii: thickness.len(),
+                vertices: shell.triangles.len(),
+            });
+        }
+        let place = weld_exact(&shell.positions);
+        let mut numbers: FxHashMap<(u32, u64), u32> = FxHashMap::default();
+        let mut sources = Vec::new();
+        let mut radii = Vec::new();
+        let mut triangles = Vec::with_capacity(shell.triangles.len());
+        let mut welded = Vec::with_capacity(shell.triangles.len());
+        for (&corners, thickness) in shell.triangles.iter().zip(thickness) {
+            if corners.iter().any(|&v| v as usize >= shell.positions.len()) {
+                return Err(RethickenError::BadIndex { corners });
+            }
+            let corners = corners.map(|v| place.new_index[v as usize]);
+            welded.push(corners);
+            triangles.push(corners.map(|v| {
+                *numbers.entry((v, thickness.to_bits())).or_insert_with(|| {
+                    sources.push(v);
+                    radii.push(0.5 * thickness);
+                    sources.len() as u32 - 1
+                })
+            }));
+        }
+        // Of triangles of different thickness at an edge the thinnest ends round,
+        // which fills the joint, and the others flat, so that none sticks out.
+        let mut thinnest: FxHashMap<[u32; 2], f64> = FxHashMap::default();
+        for (edge, uses) in edges(&welded) {
+            let own = uses.iter().map(|&t| thickness[t as usize]);
+            let least = own.fold(f64::INFINITY, f64::min);
+            thinnest.insert(edge, if uses.len() == 1 { 0.0 } else { least });
+        }
+        let position = |&v: &u32| shell.positions[place.kept[v as usize] as usize];
+        let positions = sources.iter().map(position).collect();
+        let source = |v: u32| sources[v as usize];
+        let flat = |[a, b]: [u32; 2]| {
+            let least = thinnest.get(&key(source(a), source(b)));
+            least.is_some_and(|&least| 2.0 * radii[a as usize] > least)
+        };
+        BallSurface::new(positions, radii.clone(), triangles, flat)
     }
 
     /// An extracted mid-surface with its maximal balls. It ends flat at coping

@@ -138,6 +138,7 @@ pub fn roundtrip(
     let solid = rethicken(&surface, &solid_settings, progress)?;
     progress("compare", 0, 0);
     let separation = extract::separation(&settings.extract);
+    let part = extraction.solid.as_ref().unwrap_or(part);
     let frame = Frame::around(&part.bounds());
     let mut comparison = compare(
         &part.in_frame(frame),

@@ -15,6 +15,9 @@
 //!   self-intersections, with sharp edges between cross-section and shell.
 //! * `cut`: what is near the patch is cut off.
 //! * `collar`: the rest of the cross-section, up to the patch's own boundary.
+//! * `make`: grids and cuts tried; what still cuts itself is cleared.
+//! * `measure`: how far the solid is from the true one, both ways.
+//! * `repair`: scans as they come made patches.
 //! * `sharpen`: vertices moved to the edge between cross-section and shell
 //!   where cells cut it off (section 4.3).
 //!
@@ -25,18 +28,23 @@
 //! fills the holes and moves vertices until edges are sharp (section 4.3).
 //! Here the solid is contoured whole, with its sharp edges placed by their
 //! closed forms at once, and cut where it is only cross-section, at one height
-//! above the boundary. So there are no holes, no boundary triangle is split,
-//! and all of the patch is in the result bit for bit.
+//! above the boundary. So there are no holes, and mostly no boundary triangle is
+//! split and all of the patch is in the result bit for bit.
 //!
 //! # What is promised
 //!
-//! The result is closed and manifold, holds the patch, and is the solid of
-//! Definition 2 as far as cells resolve it; self-intersections are looked for,
-//! and counted if some are left.
+//! The result is closed and manifold, cuts itself nowhere, and is the solid of
+//! Definition 2 as far as cells resolve it; what they do not resolve is measured.
+//! It holds the patch bit for bit where a joined solid cuts itself nowhere; else
+//! that is cleared of what lies inside it, and where none can be joined the
+//! contour is taken whole ([`Way`]).
 
 mod collar;
 mod cut;
+mod make;
+mod measure;
 mod patch;
+mod repair;
 mod sharpen;
 mod solid;
 #[cfg(test)]
@@ -46,18 +54,21 @@ use std::time::Instant;
 
 use glam::DVec3;
 use miette::Diagnostic;
-use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Deviation, Filters, Grid, GridError, Numbers, Work};
-use crate::mesh::{Bounds, Frame, TriMesh, self_intersections, weld_exact};
+use crate::dual_contour::{Deviation, Filters, GridError, Numbers, Work};
+use crate::mesh::{Frame, TriMesh, self_intersections, weld_exact};
 use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
+use make::Maker;
 use patch::Patch;
-use solid::ThickSolid;
+use repair::repair;
+
+pub use measure::Missing;
+pub use repair::Repair;
 
 /// On which side of the patch the solid lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -96,6 +107,10 @@ impl Settings {
     /// Default number of cells through the thickness.
     pub const CELLS: f64 = 4.0;
 
+    /// Least number of cells along the root of the surface's area, by
+    /// [`Settings::fitted`].
+    pub const CELLS_ALONG: f64 = 32.0;
+
     /// Default settings.
     pub fn new(thickness: f64, side: Side) -> Settings {
         Settings {
@@ -106,6 +121,27 @@ impl Settings {
             precision: Precision::Double,
             memory_limit: MEMORY_LIMIT,
             filters: Filters::default(),
+        }
+    }
+}
+
+impl Settings {
+    /// With cells that are small against the surface too: one that is no larger
+    /// than its thickness has features that are smaller.
+    pub fn fitted(self, surface: &TriMesh) -> Settings {
+        let corner = |&v: &u32| surface.positions.get(v as usize).copied();
+        let areas = surface.triangles.iter().filter_map(|[a, b, c]| {
+            let (a, b, c) = (corner(a)?, corner(b)?, corner(c)?);
+            Some(0.5 * (b - a).cross(c - a).length())
+        });
+        let along = areas.sum::<f64>().sqrt() / Settings::CELLS_ALONG;
+        Settings {
+            cell: if along > 0.0 {
+                self.cell.min(along)
+            } else {
+                self.cell
+            },
+            ..self
         }
     }
 }
@@ -207,17 +243,35 @@ pub enum ThickenError {
     },
 }
 
+/// How a solid came about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Way {
+    /// The patch, triangle for triangle, joined to what lies behind it.
+    Joined,
+    /// The same, less what of its surface lay inside it: there triangles are
+    /// pieces of what they were.
+    Cleared,
+    /// The contour of the solid on all sides. The patch's own triangles are not
+    /// in it; it lies within the tolerance where cells resolve it.
+    Contoured,
+}
+
 /// A solid and what it took.
 #[derive(Clone, Debug)]
 pub struct Thickened {
-    /// Closed and manifold if `bad_edges` is zero. The patch's vertices and
-    /// triangles come first, in their order; with [`Side::Outer`] its triangles
+    /// Closed and manifold if `bad_edges` is zero. Of a joined solid the patch's
+    /// vertices and triangles come first, in their order; with [`Side::Outer`] its triangles
     /// are turned, because the solid's inside is then in front of them.
     pub mesh: TriMesh,
-    /// Triangles of the patch.
+    /// How it came about.
+    pub way: Way,
+    /// Triangles of the patch, or pieces of such; they come first.
     pub patch_triangles: usize,
     /// Boundary curves of the patch.
     pub boundaries: usize,
+    /// What was done to the surface first.
+    pub repairs: Vec<Repair>,
     /// Pairs of triangles of the result that cut or touch each other.
     pub self_intersections: usize,
     /// Edges of the result that do not have two triangles, and triangles
@@ -229,6 +283,8 @@ pub struct Thickened {
     /// Distance of the inner shell from its true place, at centres of
     /// triangles.
     pub deviation: Deviation,
+    /// What of the true shell and cross-section is not there.
+    pub missing: Missing,
     /// Ways tried to lay the grid and the cut until nothing cut itself.
     pub attempts: usize,
     /// Vertices moved to the edge between cross-section and inner shell.
@@ -244,23 +300,11 @@ pub struct Thickened {
 }
 
 impl Thickened {
-    /// Whether the result is what is promised.
+    /// Whether the result is closed, manifold, and cuts itself nowhere.
     pub fn is_sound(&self) -> bool {
         self.self_intersections == 0 && self.bad_edges == 0
     }
 }
-
-/// Heights at which the contour is cut, over the thickness, in the order tried.
-const LEVELS: [f64; 5] = [0.4, 0.47, 0.33, 0.55, 0.26];
-
-/// Grids in the order tried: cell, over the one asked for, and shift in cells.
-const GRIDS: [(f64, f64); 5] = [
-    (1.0, 0.0),
-    (1.0, 0.29),
-    (1.0, 0.61),
-    (0.6, 0.0),
-    (0.36, 0.0),
-];
 
 /// The solid of a thickness on one side of a patch.
 ///
@@ -283,6 +327,10 @@ pub fn thicken(
     progress("field", 0, 0);
     let mut mesh = tidy(surface)?;
     let frame = Frame::around(&mesh.bounds().grown(settings.thickness));
+    let repairs = repair(&mut mesh);
+    if mesh.triangles.is_empty() {
+        return Err(ThickenError::Empty);
+    }
     frame.enter(&mut mesh.positions);
     if settings.side == Side::Outer {
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -297,83 +345,19 @@ pub fn thicken(
         });
     }
     let field_seconds = start.elapsed().as_secs_f64();
-    let numbers = Numbers::new(settings.precision, frame);
 
-    let mut best: Option<Thickened> = None;
-    let mut attempts = 0;
-    let mut join_seconds = 0.0;
-    for (finer, shift) in GRIDS {
-        let cell = finer * settings.cell;
-        let solid = ThickSolid::new(&patch, settings.thickness, cell);
-        let grid = match grid(&patch, &solid.bounds(), settings, numbers, cell, shift) {
-            Ok(grid) => grid,
-            Err(error) if attempts == 0 => return Err(error.into()),
-            Err(_) => break,
-        };
-        let how = dual_contour::Settings {
-            tolerance: settings.tolerance,
-            filters: settings.filters,
-        };
-        let contour = dual_contour::contour(&solid, &grid, &how, progress);
-        progress("join", 0, 0);
-        let distances = cut::distances(&patch, &contour.mesh);
-        for share in LEVELS {
-            let begin = Instant::now();
-            attempts += 1;
-            let level = share * settings.thickness;
-            let joined = join(&patch, &contour.mesh, &distances, level, numbers);
-            join_seconds += begin.elapsed().as_secs_f64();
-            let Some((mut mesh, pairs, bad_edges)) = joined else {
-                continue;
-            };
-            let problems = |t: &Thickened| t.self_intersections + t.bad_edges;
-            if best
-                .as_ref()
-                .is_none_or(|b| pairs + bad_edges < problems(b))
-            {
-                let begin = Instant::now();
-                let mut sharpened = 0;
-                if pairs == 0 {
-                    let thickness = settings.thickness;
-                    sharpened = sharpen::sharpen(&patch, &mut mesh, thickness, cell, numbers);
-                }
-                let sharpen_seconds = begin.elapsed().as_secs_f64();
-                best = Some(Thickened {
-                    patch_triangles: patch.mesh.triangles.len(),
-                    boundaries: patch.rim.loops.len(),
-                    self_intersections: pairs,
-                    bad_edges,
-                    cell,
-                    deviation: deviation(&patch, &mesh, settings.thickness),
-                    mesh,
-                    attempts,
-                    sharpened,
-                    field_seconds,
-                    join_seconds,
-                    sharpen_seconds,
-                    work: contour.work,
-                });
-            }
-            if let Some(mut sound) = best.take_if(|best| best.is_sound()) {
-                frame.leave(&mut sound.mesh.positions);
-                return Ok(sound);
-            }
-            if patch.rim.loops.is_empty() {
-                // Another cut would change nothing.
-                break;
-            }
-        }
-    }
-    best.map(|mut best| {
-        frame.leave(&mut best.mesh.positions);
-        Thickened {
-            attempts,
-            join_seconds,
-            ..best
-        }
-    })
-    .ok_or(ThickenError::Unresolved {
-        cell: settings.cell,
+    let maker = Maker {
+        patch: &patch,
+        settings,
+        numbers: Numbers::new(settings.precision, frame),
+        progress,
+    };
+    let mut solid = maker.make()?;
+    frame.leave(&mut solid.mesh.positions);
+    Ok(Thickened {
+        repairs,
+        field_seconds,
+        ..solid
     })
 }
 
@@ -428,71 +412,4 @@ fn tidy(surface: &TriMesh) -> Result<TriMesh, ThickenError> {
         positions,
         triangles: surface.triangles.iter().map(|t| t.map(name)).collect(),
     })
-}
-
-/// A grid for both shells, and for the nodes within reach of either side.
-fn grid(
-    patch: &Patch,
-    bounds: &Bounds,
-    settings: &Settings,
-    numbers: Numbers,
-    cell: f64,
-    shift: f64,
-) -> Result<Grid, GridError> {
-    let area = 2.0 * patch.mesh.area();
-    let volume = area * (settings.thickness + cell);
-    let bounds = Bounds {
-        min: bounds.min - shift * cell,
-        max: bounds.max,
-    };
-    let limit = settings.memory_limit;
-    Grid::within_filled(&bounds, area, volume, cell, numbers, limit)
-}
-
-/// The solid from its contour, with pairs of triangles that cut each other, and
-/// edges without two triangles or triangles without area; none if the cut does not follow the boundary.
-fn join(
-    patch: &Patch,
-    contour: &TriMesh,
-    distances: &[f64],
-    level: f64,
-    numbers: Numbers,
-) -> Option<(TriMesh, usize, usize)> {
-    let mut cut = cut::cut(contour, distances, level);
-    let places = collar::settle(patch, &mut cut, level, numbers);
-    let first = patch.mesh.positions.len() as u32;
-    let collar = collar::join(patch, &cut, &places, first)?;
-    let mut mesh = patch.mesh.clone();
-    mesh.positions.extend(&cut.mesh.positions);
-    let far = cut.mesh.triangles.iter().map(|t| t.map(|v| v + first));
-    mesh.triangles.extend(far);
-    mesh.triangles.extend(collar);
-    let census = mesh.edges().census();
-    // The search for pairs passes over triangles without area.
-    let flat = mesh.faces().filter(|&f| mesh.triangle_area(f) == 0.0);
-    let bad = census.open + census.misoriented + census.balanced + census.unbalanced + flat.count();
-    let pairs = self_intersections(&mesh);
-    Some((mesh, pairs.len(), bad))
-}
-
-/// Distance from the true inner shell, at the centres of triangles that belong
-/// to it.
-fn deviation(patch: &Patch, mesh: &TriMesh, thickness: f64) -> Deviation {
-    let own = patch.mesh.triangles.len();
-    let errors: Vec<f64> = mesh.triangles[own..]
-        .par_iter()
-        .filter_map(|t| {
-            let corners = t.map(|v| mesh.positions[v as usize]);
-            let shell = |p: DVec3| {
-                let foot = patch.foot(p, 0);
-                let error = (foot.distance - thickness).abs();
-                (error < 0.1 * thickness).then_some(error)
-            };
-            let [a, b, c] = corners.map(shell);
-            (a?.max(b?).max(c?) < 0.01 * thickness)
-                .then(|| shell((corners[0] + corners[1] + corners[2]) / 3.0))
-                .flatten()
-        })
-        .collect();
-    Deviation::of(errors)
 }

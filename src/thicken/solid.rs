@@ -22,7 +22,7 @@ use glam::DVec3;
 
 use crate::dual_contour::{Bracket, Crossing, Implicit, Sample, hybrid};
 use crate::field::Feature;
-use crate::mesh::{Bounds, FaceId};
+use crate::mesh::FaceId;
 
 use super::patch::{Foot, OnRim, Patch};
 
@@ -63,14 +63,6 @@ impl ThickSolid<'_> {
             cap: CAP * cell,
             tolerance: 1e-12 * size,
         }
-    }
-
-    /// A box around the surface.
-    pub fn bounds(&self) -> Bounds {
-        let mut bounds = self.patch.mesh.bounds();
-        bounds.min -= self.thickness;
-        bounds.max += self.thickness;
-        bounds
     }
 
     fn faces(&self) -> u32 {

@@ -4,7 +4,7 @@
 
 use glam::{DMat3, DVec3};
 use midsurf::extract::{Extraction, Settings, extract};
-use midsurf::field::Field;
+use midsurf::internals::field::Field;
 use midsurf::mesh::{Part, PartOptions, TriMesh, self_intersections};
 use midsurf::settings::cell::CellSize;
 use midsurf::surface::BorderKind;
@@ -70,6 +70,20 @@ fn a_border_keeps_to_the_facets_that_it_crosses() {
         check(&part, &e, &format!("cell {cell}"));
         let area = e.surface.mesh().area();
         assert!((area - 3300.4).abs() < 0.5, "cell {cell}: area {area}");
+        assert_eq!((e.surface.sheet_count(), fading(&e)), (1, 0), "cell {cell}");
+        assert_eq!(e.surface.borders().len(), 4, "cell {cell}");
+        assert_eq!(e.work.counts.lost, 0, "cell {cell}");
+    }
+}
+
+/// The facets of a bore have a row of edges in the middle of the wall, where
+/// the border runs.
+#[test]
+fn a_border_may_run_along_the_edges_of_its_facets() {
+    let part = at_rest("slit_plate");
+    for cell in [1.0, 1.7, 3.1] {
+        let e = run(&part, CellSize::Thicknesses(cell));
+        check(&part, &e, &format!("cell {cell} t"));
         assert_eq!((e.surface.sheet_count(), fading(&e)), (1, 0), "cell {cell}");
         assert_eq!(e.surface.borders().len(), 4, "cell {cell}");
         assert_eq!(e.work.counts.lost, 0, "cell {cell}");

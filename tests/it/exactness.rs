@@ -4,12 +4,12 @@
 use glam::DVec3;
 use midsurf::CellSize;
 use midsurf::extract::{Extraction, Settings, extract};
-use midsurf::field::Field;
+use midsurf::internals::field::Field;
+use midsurf::internals::trace::edge::{bisect, crossings, sample_node};
+use midsurf::internals::trace::probe::Probe;
+use midsurf::internals::walls::{Separation, Walls};
 use midsurf::mesh::{Part, PartOptions};
 use midsurf::surface::VertexKind;
-use midsurf::trace::edge::{bisect, crossings, sample_node};
-use midsurf::trace::probe::Probe;
-use midsurf::walls::{Separation, Walls};
 
 use crate::common::fixture_part;
 

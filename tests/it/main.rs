@@ -1,5 +1,6 @@
 //! Integration tests, one module a room.
 
+mod bodies;
 mod broken_files;
 mod cli_input;
 mod closes;
@@ -13,6 +14,7 @@ mod harm;
 mod info;
 mod invariance;
 mod offset;
+mod openings;
 mod parts;
 mod readers;
 mod readme;

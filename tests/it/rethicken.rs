@@ -396,3 +396,77 @@ fn a_ply_with_a_bad_radius_is_refused() {
     );
     refuses(&desk, &["mid.ply"], &["not a finite number"]);
 }
+
+/// A plate with a rib of another thickness: three triangles at an edge.
+fn ribbed() -> TriMesh {
+    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    TriMesh {
+        positions: vec![
+            at(-10.0, 0.0, 0.0),
+            at(0.0, 0.0, 0.0),
+            at(10.0, 0.0, 0.0),
+            at(-10.0, 8.0, 0.0),
+            at(0.0, 8.0, 0.0),
+            at(10.0, 8.0, 0.0),
+            at(0.0, 0.0, 9.0),
+            at(0.0, 8.0, 9.0),
+        ],
+        triangles: vec![
+            [0, 1, 4],
+            [0, 4, 3],
+            [1, 2, 5],
+            [1, 5, 4],
+            [1, 4, 7],
+            [1, 7, 6],
+        ],
+    }
+}
+
+#[test]
+fn any_shell_becomes_a_solid() {
+    for (rib, plate) in [(2.0, 2.0), (3.0, 2.0), (1.0, 2.0)] {
+        let thickness = [plate, plate, plate, plate, rib, rib];
+        let surface = BallSurface::of_shell(&ribbed(), &thickness).unwrap();
+        let settings = Settings {
+            cell: 0.21,
+            ..Settings::new(&surface)
+        };
+        let mesh = rethicken(&surface, &settings, &|_, _, _| ()).unwrap().mesh;
+        assert_eq!(self_intersections(&mesh), []);
+        assert!(mesh.edges().census().is_closed());
+        let volume = 20.0 * 8.0 * plate + (9.0 - 0.5 * plate) * 8.0 * rib;
+        let ratio = mesh.volume() / volume;
+        assert!((ratio - 1.0).abs() < 2e-3, "{rib}, {plate}: {ratio}");
+    }
+}
+
+#[test]
+fn the_command_takes_a_thickness_by_group() {
+    let desk = Desk::new();
+    let mut words = obj_text(&ribbed());
+    let rib = words.match_indices("f ").nth(4).unwrap().0;
+    words.insert_str(rib, "g rib\n");
+    words.insert_str(words.find("f ").unwrap(), "g plate\n");
+    desk.put("shell.obj", &words);
+    let args = [
+        "rethicken",
+        "shell.obj",
+        "--thickness",
+        "2",
+        "--cell",
+        "0.4",
+    ];
+    let out = desk.run(&[&args[..], &["--group", "rib=3", "-o", "solid.stl"]].concat());
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let solid = read_mesh(desk.path("solid.stl")).unwrap().mesh;
+    assert!((solid.volume() / (320.0 + 8.0 * 8.0 * 3.0) - 1.0).abs() < 5e-3);
+    let out = desk.run(&[&args[..], &["--group", "ribs=3"]].concat());
+    assert_eq!(out.status.code(), Some(2));
+    assert!(
+        text(&out.stderr).contains("plate, rib"),
+        "{}",
+        text(&out.stderr)
+    );
+    let out = desk.run(&["rethicken", "shell.obj", "--group", "rib=3"]);
+    assert_eq!(out.status.code(), Some(2));
+}

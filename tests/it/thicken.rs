@@ -3,11 +3,11 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use midsurf::dual_contour::GridError;
-use midsurf::field::Field;
+use midsurf::internals::field::Field;
 use midsurf::io::read_mesh;
 use midsurf::mesh::{TriMesh, self_intersections};
-use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
+use midsurf::offset::GridError;
+use midsurf::thicken::{Repair, Settings, Side, ThickenError, Thickened, thicken};
 
 use crate::common::{Desk, fixture, text};
 
@@ -269,15 +269,14 @@ fn surfaces_without_two_sides_are_refused() {
         triangles: triangles.to_vec(),
     };
     assert!(matches!(
-        refuse(&square(&[[0, 1, 2], [0, 3, 2]])),
-        E::Sides(_)
-    ));
-    assert!(matches!(
         refuse(&square(&[[0, 1, 2], [0, 2, 3], [2, 0, 4]])),
         E::NotManifold { .. } | E::Sides(_)
     ));
     assert!(matches!(refuse(&square(&[[0, 1, 9]])), E::BadCorner(0)));
-    assert!(matches!(refuse(&square(&[[0, 1, 1]])), E::NoArea { .. }));
+    assert!(matches!(refuse(&square(&[[0, 1, 1]])), E::Empty));
+    let mut flat = square(&[[0, 1, 2], [0, 2, 3]]);
+    flat.positions[3] = DVec3::new(2.0, 2.0, 0.0);
+    assert!(matches!(refuse(&flat), E::NoArea { .. }));
 
     let mut crossing = sheet(2, 2, false, |u, v| DVec3::new(6.0 * u, 6.0 * v, 0.0));
     let first = crossing.positions.len() as u32;
@@ -286,13 +285,103 @@ fn surfaces_without_two_sides_are_refused() {
         .extend([[1., 1., -2.], [2., 1., 2.], [1., 2., 2.]].map(DVec3::from));
     crossing.triangles.push([first, first + 1, first + 2]);
     assert!(matches!(refuse(&crossing), E::SelfIntersecting { .. }));
+}
 
-    // Two sheets that share one vertex.
-    let mut pinched = square(&[[0, 1, 4]]);
-    pinched.positions[2] = DVec3::new(9.0, 9.0, 9.0);
-    pinched.positions[3] = DVec3::new(8.0, 9.0, 5.0);
-    pinched.triangles.push([4, 2, 3]);
-    assert!(matches!(refuse(&pinched), E::PinchedVertex(_)));
+#[test]
+fn surfaces_are_made_patches() {
+    // One of two triangles turned over, and one that is none.
+    let square = TriMesh {
+        positions: [[0., 0., 0.], [4., 0., 0.], [4., 4., 0.], [0., 4., 0.]]
+            .map(DVec3::from)
+            .to_vec(),
+        triangles: vec![[0, 1, 2], [0, 3, 2], [0, 1, 1]],
+    };
+    let result = run(&square, &settings(0.5, Side::Inner)).unwrap();
+    let expected = [
+        Repair::Dropped { triangles: 1 },
+        Repair::Turned { triangles: 1 },
+    ];
+    assert_eq!(result.repairs, expected);
+    assert!(result.is_sound() && result.missing.is_none(), "{result:?}");
+    assert!((result.mesh.volume() / 8.0 - 1.0).abs() < 1e-6);
+
+    // Two squares that touch in a corner.
+    let mut bow = sheet(1, 1, false, |u, v| DVec3::new(3.0 * u, 3.0 * v, 0.0));
+    let other = sheet(1, 1, false, |u, v| {
+        DVec3::new(3.0 + 3.0 * u, 3.0 + 3.0 * v, 0.0)
+    });
+    let first = bow.positions.len() as u32;
+    bow.positions.extend(&other.positions);
+    let others = other.triangles.iter().map(|t| t.map(|v| v + first));
+    bow.triangles.extend(others);
+    let result = run(&bow, &settings(0.5, Side::Inner)).unwrap();
+    assert_eq!(result.repairs, [Repair::Parted { vertices: 1 }]);
+    assert!(result.is_sound() && result.missing.is_none(), "{result:?}");
+    assert!(
+        (result.mesh.volume() / 9.0 - 1.0).abs() < 0.02,
+        "{}",
+        result.mesh.volume()
+    );
+}
+
+#[test]
+fn arms_narrower_than_the_cell_are_not_lost() {
+    // A flat plus of five squares of 3, far thicker than its arms are wide.
+    let mut plus = TriMesh::default();
+    for [x, y] in [[1, 0], [0, 1], [1, 1], [2, 1], [1, 2]] {
+        let square = sheet(1, 1, false, |u, v| {
+            DVec3::new(3.0 * (f64::from(x) + u), 3.0 * (f64::from(y) + v), 0.0)
+        });
+        let first = plus.positions.len() as u32;
+        plus.positions.extend(&square.positions);
+        plus.triangles
+            .extend(square.triangles.iter().map(|t| t.map(|v| v + first)));
+    }
+    let fitted = Settings::new(15.0, Side::Inner).fitted(&plus);
+    let solid = run(&plus, &fitted).unwrap();
+    assert!(
+        solid.is_sound() && solid.missing.is_none(),
+        "{:?}",
+        solid.missing
+    );
+    assert!((solid.mesh.volume() / 675.0 - 1.0).abs() < 1e-3);
+    assert!((solid.mesh.area() / 630.0 - 1.0).abs() < 1e-3);
+    // What is lost where no finer cells fit is said.
+    let coarse = Settings {
+        cell: 7.0,
+        memory_limit: 1600,
+        ..Settings::new(15.0, Side::Inner)
+    };
+    match run(&plus, &coarse) {
+        Ok(solid) => assert!(solid.is_sound() && !solid.missing.is_none(), "{solid:?}"),
+        Err(error) => assert!(matches!(error, ThickenError::Unresolved { .. }), "{error}"),
+    }
+}
+
+#[test]
+fn lobed_patches_do_not_cut_themselves() {
+    // Gently wavy, with a lobed outline: strips lean towards each other where it
+    // is concave.
+    let radius = |a: f64| 10.0 + 3.0 * (5.0 * a).cos() + 1.2 * (3.0 * a + 1.0).sin();
+    let patch = sheet(30, 4, true, |u, v| {
+        let a = TAU * u;
+        let r = radius(a) * (0.2 + 0.8 * v);
+        let (x, y) = (r * a.cos(), r * a.sin());
+        DVec3::new(x, y, (0.5 * x).sin() + (0.4 * y).cos())
+    });
+    for side in SIDES {
+        for thickness in [2.0, 3.0] {
+            let result = run(&patch, &Settings::new(thickness, side)).unwrap();
+            assert!(result.is_sound(), "{side:?} {thickness}");
+            assert!(
+                result.missing.is_none(),
+                "{side:?} {thickness}: {:?}",
+                result.missing
+            );
+            assert_eq!(self_intersections(&result.mesh), []);
+            assert!(result.mesh.edges().census().is_closed());
+        }
+    }
 }
 
 #[test]

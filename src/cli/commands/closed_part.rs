@@ -1,16 +1,18 @@
 //! What the commands that offset a closed part have in common: flags, the
 //! run, the report.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::dual_contour::Work;
-use midsurf::mesh::{PartOptions, TriMesh};
-use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, offset};
+use midsurf::mesh::{Part, PartOptions, Simplify, TriMesh};
+use midsurf::offset::Work;
+use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, Voids, offset};
 use midsurf::settings::cell::{CellSize, Scale};
+use midsurf::settings::precision::Precision;
 use serde_json::{Value, json};
 
+use crate::cli::shared::bodies::Bodies;
 use crate::cli::shared::console::say;
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
@@ -42,6 +44,15 @@ pub(crate) struct ClosedPartArgs {
     /// Merge vertices of the part within this distance
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     weld: Option<f64>,
+    /// Fewer triangles where the offset is flat or bends one way, within the tolerance
+    #[arg(long)]
+    simplify: bool,
+    /// So many triangles of the offset at most, as near to it as they let; implies --simplify
+    #[arg(long, value_name = "N")]
+    triangles: Option<usize>,
+    /// What to do with cavities that the part has
+    #[arg(long, value_enum, default_value_t = VoidsName::Keep)]
+    voids: VoidsName,
     #[command(flatten)]
     memory: MemoryArgs,
     #[command(flatten)]
@@ -51,12 +62,21 @@ pub(crate) struct ClosedPartArgs {
     verbose: bool,
 }
 
+/// What becomes of cavities.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum VoidsName {
+    /// They stay, and the solid is offset from them too
+    Keep,
+    /// They are filled first
+    Fill,
+}
+
 /// Offsets the part, makes the result of it and writes that.
 pub(crate) fn run(
     args: &ClosedPartArgs,
     command: &str,
     distance: f64,
-    finish: impl Fn(&Input, TriMesh) -> TriMesh,
+    finish: impl Fn(&Part, TriMesh) -> Result<TriMesh, Failure>,
 ) -> Result<ExitCode, Failure> {
     let inputs = [(args.part.as_path(), "part")];
     args.solid.check_names(&inputs, &args.run)?;
@@ -82,7 +102,10 @@ pub(crate) fn run(
 
     progress.show("writing", 0, 0);
     let begin = Instant::now();
-    let mesh = finish(&input, std::mem::take(&mut result.mesh));
+    let solid = result.solid.as_ref().unwrap_or(&input.part);
+    let mesh = finish(solid, std::mem::take(&mut result.mesh))?;
+    let bodies = Bodies::of(&mesh, command == "hollow");
+    warnings.extend(bodies.warnings(&result.voids, solid));
     let staged = args.solid.stage(&mesh, None)?;
     let seconds = json!({
         "read": read_seconds,
@@ -101,6 +124,7 @@ pub(crate) fn run(
             "triangles": input.part.triangle_count(),
             "volume": input.part.volume(),
             "area": input.part.area(),
+            "voids": result.voids,
         }),
         settings: json!({
             "distance": distance,
@@ -110,6 +134,9 @@ pub(crate) fn run(
             "precision": settings.precision,
             "memory_limit": args.memory.memory_limit,
             "weld": args.weld,
+            "voids": settings.voids,
+            "simplify": args.simplify || args.triangles.is_some(),
+            "wanted_triangles": args.triangles,
         }),
         seconds: json!(seconds),
         outputs: args.solid.outputs(),
@@ -121,6 +148,11 @@ pub(crate) fn run(
             "triangles": mesh.triangles.len(),
             "volume": mesh.volume(),
             "area": mesh.area(),
+            "simplified_within": result.simplified,
+            "pieces": bodies.pieces,
+            "cavities": bodies.cavities,
+            "self_intersections": bodies.self_intersections,
+            "non_manifold_edges": bodies.non_manifold_edges,
             "corner_deviation": result.corner_deviation,
             "centre_deviation": result.centre_deviation,
         },
@@ -131,6 +163,7 @@ pub(crate) fn run(
     if !args.run.quiet {
         print_warnings(&warnings);
         summary(&mesh);
+        bodies.say();
         say(format_args!(
             "off the offset by {} at most, {} in the mean (of the distance: {} and {})",
             figure(result.centre_deviation.max),
@@ -142,10 +175,23 @@ pub(crate) fn run(
     if args.verbose {
         details(&result);
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(if bodies.is_solid() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
 }
 
 impl ClosedPartArgs {
+    pub(crate) fn file(&self) -> &Path {
+        &self.part
+    }
+
+    /// Numbers that the files can hold.
+    pub(crate) fn precision(&self) -> Precision {
+        self.solid.precision()
+    }
+
     fn settings(&self, input: &Input, distance: f64) -> Result<Settings, Failure> {
         let mut settings = Settings::new(&input.part, distance);
         let scale = Scale {
@@ -157,7 +203,15 @@ impl ClosedPartArgs {
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }
+        settings.simplify = (self.simplify || self.triangles.is_some()).then_some(Simplify {
+            tolerance: settings.tolerance,
+            triangles: self.triangles,
+        });
         settings.memory_limit = self.memory.memory_limit.0;
+        settings.voids = match self.voids {
+            VoidsName::Keep => Voids::Keep,
+            VoidsName::Fill => Voids::Fill,
+        };
         settings.precision = self.solid.precision();
         Ok(settings)
     }
@@ -208,10 +262,16 @@ pub(crate) fn work_json(work: &Work) -> Value {
 
 fn explain(warning: OffsetWarning, distance: f64) -> Warning {
     let (code, message) = match warning {
+        OffsetWarning::United { pairs } => (
+            "united",
+            format!(
+                "bodies of the part overlap or touch, or it cuts through itself ({pairs} pairs of triangles): they were made one solid"
+            ),
+        ),
         OffsetWarning::SelfIntersecting { pairs } => (
             "self_intersecting",
             format!(
-                "the part cuts through itself ({pairs} pairs of triangles): inside is told by winding number{}",
+                "the part cuts through itself ({pairs} pairs of triangles) and could not be made one solid: inside is told by winding number{}",
                 if distance < 0.0 {
                     ", and surface that lies inside keeps its distance too"
                 } else {

@@ -266,6 +266,12 @@ fn warnings(result: &Extraction) -> Vec<Warning> {
     let mut warn = |code, message: String| {
         warnings.push(Warning { code, message });
     };
+    if result.solid.is_some() {
+        warn(
+            "united",
+            "bodies of the part overlap or touch: they were made one solid first".to_owned(),
+        );
+    }
     if !result.graph.cracks().is_empty() {
         let places = listed(result.graph.cracks().iter().map(|crack| crack.at));
         let length: f64 = result.graph.cracks().iter().map(|crack| crack.length).sum();

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use midsurf::field::Field;
+use midsurf::internals::field::Field;
 use midsurf::mesh::{EdgeCensus, PartOptions};
 use serde::Serialize;
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 use midsurf::coping::detect;
 use midsurf::coping::detect::{DetectedFace, Detection, Options};
 use midsurf::extract::Extraction;
-use midsurf::field::Field;
+use midsurf::internals::field::Field;
 use midsurf::mesh::Part;
 use midsurf::surface::BorderKind;
 

@@ -31,5 +31,5 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
-    closed_part::run(&args.part, "offset", args.distance, |_, mesh| mesh)
+    closed_part::run(&args.part, "offset", args.distance, |_, mesh| Ok(mesh))
 }

@@ -2,18 +2,20 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::str::FromStr;
 use std::time::Instant;
 
 use midsurf::io::write::thickness_file;
-use midsurf::io::{LoadedSurface, RadiusSource, read_surface};
+use midsurf::io::{RadiusSource, read_surface};
 use midsurf::rethicken::{BallSurface, RethickenError, RethickenWarning, Settings, rethicken};
 use midsurf::settings::cell::{CellSize, Scale};
 use serde_json::json;
 
 use super::closed_part::work_json;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{Warning, print_warnings, read_warning};
+use crate::cli::shared::input::{Warning, load, print_warnings, read_warning};
 use crate::cli::shared::memory::MemoryArgs;
+use crate::cli::shared::numbers::positive;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
@@ -23,11 +25,16 @@ const EXAMPLES: &str = "\
 Examples:
   midsurf rethicken mid.ply -o solid.stl
   midsurf rethicken mid.obj --cell 0.2t -o solid.obj --json report.json
+  midsurf rethicken shell.obj --thickness 2 --group ribs=3 -o solid.stl
 
 The solid is the union of balls around all points of the mid-surface, their
 radius linear over each triangle. It comes from the property `radius` of a .ply
 or from NAME.thickness.csv beside an .obj; with a thickness alone, half of that
 is taken, which is a little small near seams.
+
+With --thickness LENGTH any shell mesh becomes a solid, non-manifold or not,
+half of the thickness to either side; --group gives facets of a group, object or
+material another one. Free edges end flat then.
 
 At coping borders the solid ends flat, square to the mid-surface; at fading
 borders it ends round. Only a .ply tells them apart: of other files all free
@@ -39,11 +46,14 @@ Exit codes: 0 done, 2 wrong usage or bad input, 4 the solid is thinner than a ce
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The mid-surface, non-manifold or not: .ply, or .obj with its table of thickness
+    /// The mid-surface, non-manifold or not: .ply, or .obj with its table of thickness; with --thickness LENGTH any mesh
     surface: PathBuf,
-    /// Table of thickness or radius instead of that in or beside the file (CSV)
-    #[arg(long, value_name = "FILE")]
-    thickness: Option<PathBuf>,
+    /// One thickness for all, or a table of thickness or radius (CSV), instead of that in or beside the file
+    #[arg(long, value_name = "LENGTH|FILE")]
+    thickness: Option<Thickness>,
+    /// Another thickness for a group, object or material of the file; repeat for several
+    #[arg(long, value_name = "NAME=LENGTH", requires = "thickness")]
+    group: Vec<Group>,
     /// End round at all free borders
     #[arg(long)]
     round_borders: bool,
@@ -66,32 +76,75 @@ pub(crate) struct Args {
     run: RunArgs,
 }
 
+/// `--thickness`.
+#[derive(Clone)]
+enum Thickness {
+    Length(f64),
+    Table(PathBuf),
+}
+
+impl FromStr for Thickness {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Thickness, String> {
+        match text.parse::<f64>() {
+            Ok(_) => positive(text).map(Thickness::Length),
+            Err(_) => Ok(Thickness::Table(text.into())),
+        }
+    }
+}
+
+/// `--group`.
+#[derive(Clone)]
+struct Group {
+    name: String,
+    thickness: f64,
+}
+
+impl FromStr for Group {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Group, String> {
+        let (name, thickness) = text.rsplit_once('=').ok_or("expected NAME=LENGTH")?;
+        let (name, thickness) = (name.to_owned(), positive(thickness)?);
+        Ok(Group { name, thickness })
+    }
+}
+
+/// What is thickened, and what is known of its file.
+struct Source {
+    surface: BallSurface,
+    sha256: String,
+    vertices: usize,
+    triangles: usize,
+    radius_from: Option<PathBuf>,
+    radius_given: bool,
+    warnings: Vec<Warning>,
+}
+
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut inputs = vec![(args.surface.as_path(), "mid-surface")];
-    inputs.extend(
-        args.thickness
-            .iter()
-            .map(|file| (file.as_path(), "thickness")),
-    );
     let beside = thickness_file(&args.surface);
-    if args.thickness.is_none() && beside.is_file() {
-        inputs.push((&beside, "thickness"));
+    match &args.thickness {
+        Some(Thickness::Table(file)) => inputs.push((file, "thickness")),
+        None if beside.is_file() => inputs.push((&beside, "thickness")),
+        _ => {}
     }
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
     let progress = args.run.start();
-    let loaded = read_surface(&args.surface, args.thickness.as_deref()).map_err(Failure::input)?;
-    let mut surface =
-        BallSurface::of(&loaded.surface).map_err(|error| failure(&error, loaded.radius.file()))?;
-    if args.round_borders {
-        surface = surface.rounded();
-    }
+    let source = args.source()?;
+    let surface = &source.surface;
     let read_seconds = start.elapsed().as_secs_f64();
-    let settings = args.settings(&surface)?;
+    let settings = args.settings(surface)?;
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result =
-        rethicken(&surface, &settings, &show).map_err(|error| failure(&error, &args.surface))?;
-    let warnings = warnings(&args, &loaded, &surface, &result.warnings);
+        rethicken(surface, &settings, &show).map_err(|error| failure(&error, &args.surface))?;
+    let found = result.warnings.iter().map(|&found| {
+        let (code, message) = explain(found);
+        args.warning(code, message)
+    });
+    let warnings: Vec<Warning> = source.warnings.iter().cloned().chain(found).collect();
 
     progress.show("writing", 0, 0);
     let begin = Instant::now();
@@ -101,15 +154,15 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         command: "rethicken",
         input: json!({
             "surface": named(&args.surface),
-            "sha256": loaded.sha256,
-            "vertices": loaded.vertices,
-            "triangles": loaded.triangles,
+            "sha256": source.sha256,
+            "vertices": source.vertices,
+            "triangles": source.triangles,
             "area": surface.area(),
             "flat_border_edges": surface.flat_edges(),
             "median_thickness": surface.median_thickness(),
             "least_thickness": surface.least_thickness(),
-            "radius_from": named(loaded.radius.file()),
-            "radius_given": matches!(loaded.radius, RadiusSource::Radius(_)),
+            "radius_from": source.radius_from.as_deref().map(named),
+            "radius_given": source.radius_given,
         }),
         settings: json!({
             "cell": args.cell,
@@ -117,6 +170,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "tolerance": settings.tolerance,
             "precision": settings.precision,
             "round_borders": args.round_borders,
+            "thickness": args.length(),
+            "groups": args.group.iter().map(|g| json!([g.name, g.thickness])).collect::<Vec<_>>(),
             "memory_limit": args.memory.memory_limit,
         }),
         seconds: json!({
@@ -149,6 +204,109 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 }
 
 impl Args {
+    fn length(&self) -> Option<f64> {
+        match self.thickness {
+            Some(Thickness::Length(length)) => Some(length),
+            _ => None,
+        }
+    }
+
+    fn warning(&self, code: &'static str, message: &str) -> Warning {
+        Warning {
+            code,
+            message: format!("{}: {message}", shown_path(&self.surface)),
+        }
+    }
+
+    fn source(&self) -> Result<Source, Failure> {
+        let mut source = match &self.thickness {
+            Some(Thickness::Length(length)) => self.shell(*length)?,
+            Some(Thickness::Table(table)) => self.mid_surface(Some(table))?,
+            None => self.mid_surface(None)?,
+        };
+        if self.round_borders {
+            source.surface = source.surface.rounded();
+        }
+        Ok(source)
+    }
+
+    /// Any mesh with a thickness by group.
+    fn shell(&self, length: f64) -> Result<Source, Failure> {
+        let (loaded, warnings) = load(&self.surface)?;
+        let sets = loaded.names.sets();
+        let named = |group: &Group| sets.iter().any(|set| set.all().any(|n| n == group.name));
+        if let Some(group) = self.group.iter().find(|group| !named(group)) {
+            let mut known: Vec<&str> = sets.iter().flat_map(|set| set.all()).collect();
+            known.sort_unstable();
+            known.dedup();
+            return Err(Failure::usage(
+                format!(
+                    "{} has no group named {}",
+                    self.surface.display(),
+                    group.name
+                ),
+                match &known[..] {
+                    [] => "the file names no groups; leave --group away".to_owned(),
+                    known => format!("it names {}", known.join(", ")),
+                },
+            ));
+        }
+        // The last one that names a facet counts.
+        let thickness: Vec<f64> = (loaded.mesh.faces())
+            .map(|face| {
+                let names = loaded.names_of(face);
+                let mut groups = self.group.iter().rev();
+                let own = groups.find(|group| names.all().any(|n| n == group.name));
+                own.map_or(length, |group| group.thickness)
+            })
+            .collect();
+        let surface = BallSurface::of_shell(&loaded.mesh, &thickness)
+            .map_err(|error| failure(&error, &self.surface))?;
+        Ok(Source {
+            surface,
+            vertices: loaded.mesh.positions.len(),
+            triangles: loaded.mesh.triangles.len(),
+            sha256: loaded.sha256,
+            radius_from: None,
+            radius_given: false,
+            warnings,
+        })
+    }
+
+    /// A mid-surface with its own thickness.
+    fn mid_surface(&self, table: Option<&Path>) -> Result<Source, Failure> {
+        if !self.group.is_empty() {
+            return Err(Failure::usage(
+                "--group goes with one thickness for all others",
+                "give --thickness a length",
+            ));
+        }
+        let loaded = read_surface(&self.surface, table).map_err(Failure::input)?;
+        let surface = BallSurface::of(&loaded.surface)
+            .map_err(|error| failure(&error, loaded.radius.file()))?;
+        let mut warnings: Vec<Warning> = (loaded.warnings.iter())
+            .map(|w| read_warning(&self.surface, w))
+            .collect();
+        if matches!(loaded.radius, RadiusSource::HalfThickness(_)) {
+            let message =
+                "no radius is given, half the thickness is taken: a little small near seams";
+            warnings.push(self.warning("half_thickness", message));
+        }
+        if !loaded.kinds && !self.round_borders && surface.flat_edges() > 0 {
+            let message = "the file does not tell coping from fading borders: all end flat";
+            warnings.push(self.warning("unknown_borders", message));
+        }
+        Ok(Source {
+            surface,
+            vertices: loaded.vertices,
+            triangles: loaded.triangles,
+            sha256: loaded.sha256,
+            radius_from: Some(loaded.radius.file().to_owned()),
+            radius_given: matches!(loaded.radius, RadiusSource::Radius(_)),
+            warnings,
+        })
+    }
+
     fn settings(&self, surface: &BallSurface) -> Result<Settings, Failure> {
         let mut settings = Settings::new(surface);
         let scale = Scale {
@@ -162,34 +320,6 @@ impl Args {
         settings.precision = self.solid.precision();
         Ok(settings)
     }
-}
-
-fn warnings(
-    args: &Args,
-    loaded: &LoadedSurface,
-    surface: &BallSurface,
-    found: &[RethickenWarning],
-) -> Vec<Warning> {
-    let warning = |code, message: &str| Warning {
-        code,
-        message: format!("{}: {message}", shown_path(&args.surface)),
-    };
-    let mut warnings: Vec<Warning> = (loaded.warnings.iter())
-        .map(|w| read_warning(&args.surface, w))
-        .collect();
-    if matches!(loaded.radius, RadiusSource::HalfThickness(_)) {
-        let message = "no radius is given, half the thickness is taken: a little small near seams";
-        warnings.push(warning("half_thickness", message));
-    }
-    if !loaded.kinds && !args.round_borders && surface.flat_edges() > 0 {
-        let message = "the file does not tell coping from fading borders: all end flat";
-        warnings.push(warning("unknown_borders", message));
-    }
-    for &found in found {
-        let (code, message) = explain(found);
-        warnings.push(warning(code, message));
-    }
-    warnings
 }
 
 /// Code and meaning of a warning.

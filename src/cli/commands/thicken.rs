@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use midsurf::mesh::TriMesh;
 use midsurf::settings::cell::{CellSize, Scale};
 use midsurf::settings::precision::Precision;
-use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
+use midsurf::thicken::{Repair, Settings, Side, ThickenError, Thickened, Way, thicken};
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
@@ -96,6 +96,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         _ => Failure::refused(&args.patch, &error),
     })?;
     warnings.extend(refined(&result, settings.cell));
+    warnings.extend(result.repairs.iter().map(|&repair| repaired(repair)));
+    warnings.extend(made(&result));
+    warnings.extend(missing(&result));
     warnings.extend(unsound(&result));
 
     progress.show("writing", 0, 0);
@@ -119,6 +122,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "triangles": loaded.mesh.triangles.len(),
             "area": loaded.mesh.area(),
             "boundaries": result.boundaries,
+            "repairs": result.repairs,
         }),
         settings: args.settings_json(&settings),
         seconds: json!(seconds),
@@ -132,7 +136,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "patch_triangles": result.patch_triangles,
             "volume": result.mesh.volume(),
             "area": result.mesh.area(),
+            "way": result.way,
             "shell_deviation": result.deviation,
+            "missing": result.missing,
             "self_intersections": result.self_intersections,
             "bad_edges": result.bad_edges,
             "cell": result.cell,
@@ -149,7 +155,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     if args.verbose {
         details(&result);
     }
-    Ok(if result.is_sound() {
+    Ok(if result.is_sound() && result.missing.is_none() {
         ExitCode::SUCCESS
     } else {
         ExitCode::FAILURE
@@ -162,7 +168,7 @@ impl Args {
             SideArg::Inner => Side::Inner,
             SideArg::Outer => Side::Outer,
         };
-        let mut settings = Settings::new(self.thickness, side);
+        let mut settings = Settings::new(self.thickness, side).fitted(surface);
         let scale = Scale {
             auto: Some(settings.cell),
             thickness: Some(self.thickness),
@@ -199,12 +205,16 @@ fn summary(result: &Thickened, thickness: f64) {
         figure(result.mesh.volume()),
         figure(result.mesh.area())
     ));
+    // Both ways: from the solid to the true shell, and from the true shell and
+    // cross-section to the solid.
+    let max = result.deviation.max.max(result.missing.max);
+    let mean = result.deviation.mean.max(result.missing.mean);
     say(format_args!(
-        "thickness off by {} at most, {} in the mean (of the thickness: {} and {})",
-        figure(result.deviation.max),
-        figure(result.deviation.mean),
-        figure(result.deviation.max / thickness),
-        figure(result.deviation.mean / thickness),
+        "off the true solid by {} at most, {} in the mean (of the thickness: {} and {})",
+        figure(max),
+        figure(mean),
+        figure(max / thickness),
+        figure(mean / thickness),
     ));
 }
 
@@ -256,6 +266,59 @@ fn refined(result: &Thickened, asked: f64) -> Option<Warning> {
             "cells of {} do not resolve the surface's boundary; cells of {} were taken",
             figure(asked),
             figure(result.cell)
+        ),
+    })
+}
+
+fn repaired(repair: Repair) -> Warning {
+    let (code, message) = match repair {
+        Repair::Dropped { triangles } => (
+            "dropped",
+            format!("{triangles} triangles have a corner twice and were left out"),
+        ),
+        Repair::Turned { triangles } => (
+            "turned",
+            format!(
+                "{triangles} triangles looked the other way than their neighbours and were turned"
+            ),
+        ),
+        Repair::Parted { vertices } => (
+            "parted",
+            format!(
+                "the surface touches itself in single points: there {vertices} vertices were doubled"
+            ),
+        ),
+    };
+    Warning { code, message }
+}
+
+/// A solid that is not the surface and what was joined to it.
+fn made(result: &Thickened) -> Option<Warning> {
+    let (code, message) = match result.way {
+        Way::Joined => return None,
+        Way::Cleared => (
+            "cleared",
+            "near its boundary the solid would have cut itself: what lay inside it was cut away, and triangles of the surface there are in pieces",
+        ),
+        Way::Contoured => (
+            "contoured",
+            "no cut follows the surface's boundary: the solid was meshed on all sides, and does not have the surface's own triangles",
+        ),
+    };
+    let message = message.to_owned();
+    Some(Warning { code, message })
+}
+
+fn missing(result: &Thickened) -> Option<Warning> {
+    let missing = &result.missing;
+    (!missing.is_none()).then(|| Warning {
+        code: "missing",
+        message: format!(
+            "{} of {} points of the true solid's surface are off the result by up to {3}, at cells of {2}: what is narrower than a cell is lost; take a smaller --cell",
+            missing.lost,
+            missing.samples,
+            figure(result.cell),
+            figure(missing.max)
         ),
     })
 }

@@ -4,10 +4,10 @@
 use std::path::Path;
 
 use glam::DVec3;
-use midsurf::field::Field;
+use midsurf::internals::field::Field;
+use midsurf::internals::walls::thickness::{ThicknessProfile, thickness_at};
 use midsurf::io::write::{Scalars, Staged, stage_scalars};
 use midsurf::mesh::{FaceId, Part, TriMesh};
-use midsurf::walls::thickness::{ThicknessProfile, thickness_at};
 use rayon::prelude::*;
 use serde::Serialize;
 

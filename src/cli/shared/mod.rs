@@ -1,5 +1,6 @@
 //! What commands share: flags, numbers, input, output, and what they say.
 
+pub(crate) mod bodies;
 pub(crate) mod console;
 pub(crate) mod coping;
 pub(crate) mod failure;

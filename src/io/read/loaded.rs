@@ -58,7 +58,7 @@ pub struct PlyValues {
     pub thickness: Vec<f64>,
     /// Property `radius`.
     pub radius: Vec<f64>,
-    /// Property `kind`; see [`write::vertex_code`].
+    /// Property `kind`; see [`crate::io::write::vertex_code`].
     pub kind: Vec<f64>,
     /// Property `kind` of edges, by their vertices, which exist.
     pub edges: Vec<([u32; 2], f64)>,

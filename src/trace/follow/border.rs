@@ -130,7 +130,7 @@ pub fn follow(
                 coping = next;
                 from = Start::Plain;
             }
-            Stop::Node { fan, arrived } => {
+            Stop::Node { fan, arrived, .. } => {
                 if fan.spokes.len() == 2 {
                     let on = fan.spokes[1 - arrived];
                     let kink = Kink {

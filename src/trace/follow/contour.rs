@@ -135,6 +135,9 @@ pub enum Stop {
         fan: Fan,
         /// The spoke on which the contour arrived.
         arrived: usize,
+        /// The pair on arrival: another than the spoke's where its walls are
+        /// hardly separate at the point itself.
+        pair: Pair,
     },
     /// At the region's barrier: out of the part through coping, or off the
     /// patch of coping.
@@ -572,7 +575,8 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
             let along = along / length.max(f64::MIN_POSITIVE);
             let inside = self.region.normal.cross(along).normalize_or_zero();
             let (a, b) = (inside.dot(self.x - fence.from), inside.dot(y - fence.from));
-            if b >= 0.0 || a <= b || a < -self.tie {
+            // Along a fence, as over a row of facets, the contour stays in its facet.
+            if b >= -self.lengths.outside || a <= b || a < -self.tie {
                 continue;
             }
             if a <= self.tie && t.dot(inside) > 0.0 {
@@ -790,7 +794,7 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 }
                 self.turns = if ahead <= self.tie { self.turns + 1 } else { 0 };
                 if self.turns > MOST_TURNS {
-                    return Step::Stop(Stop::Node { fan, arrived });
+                    return Step::Stop(Stop::Node { fan, arrived, pair });
                 }
                 self.travelled += at.distance(self.x) + self.tie;
                 self.x = at;
@@ -798,6 +802,6 @@ impl<'p, 'a, 'r> Follower<'p, 'a, 'r> {
                 return Step::Moved;
             }
         }
-        Step::Stop(Stop::Node { fan, arrived })
+        Step::Stop(Stop::Node { fan, arrived, pair })
     }
 }

@@ -13,6 +13,7 @@ use crate::trace::edge::Crossing;
 use crate::trace::probe::{Pair, Probe};
 use crate::trace::solve::distance_to;
 use crate::trace::tolerances::{SAME_WAY, Tolerances};
+use crate::walls::{MAX_FIN_ANGLE, object_angle};
 
 /// What a face vertex is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,6 +108,7 @@ pub fn solve_face(
         used: sides.map(|s| vec![false; s.len()]),
         spokes_used: Vec::new(),
         near: Tolerances::new(probe.walls().tolerances(), size).same_point,
+        faded: Vec::new(),
         out: FaceContours::default(),
     };
     for seed in seeds {
@@ -150,6 +152,7 @@ pub fn solve_face(
             pair,
         );
     }
+    face.drop_faded();
     face.close_open_ends(probe);
     face.out.number_by_place();
     face.out
@@ -189,6 +192,8 @@ struct Work<'r> {
     used: [Vec<bool>; 3],
     spokes_used: Vec<SmallVec<[bool; 4]>>,
     near: f64,
+    /// Spokes along which no sheet leaves.
+    faded: Vec<(u16, u16)>,
     out: FaceContours,
 }
 
@@ -265,23 +270,35 @@ impl Work<'_> {
         let stop = contour::follow(probe, self.region, at, pair, start);
         let to = match stop {
             Stop::Side { side, at, pair } => self.arrive_on_side(probe, side, at, pair),
-            Stop::Node { fan, arrived } => {
-                let back = fan.spokes[arrived].direction;
-                match self.node_near(fan.at) {
-                    Some(node) => self.free_spoke(node, back),
-                    None => {
-                        let node = self.add_node(FaceNode {
-                            at: fan.at,
-                            kind: FaceNodeKind::Tie,
-                            walls: fan.walls,
-                            spokes: fan.spokes,
-                        });
-                        Some(ArcEnd::Spoke {
-                            node: node as u16,
-                            spoke: arrived as u16,
-                        })
-                    }
-                }
+            Stop::Node { fan, arrived, pair } => {
+                let spoke = fan.spokes[arrived];
+                let field = probe.field();
+                let own = |s: &Spoke| {
+                    alike(
+                        field,
+                        fan.at,
+                        [s.pair.left, s.pair.right],
+                        [pair.left, pair.right],
+                    )
+                };
+                let (known, own) = (self.node_near(fan.at), own(&spoke));
+                let node = known.unwrap_or_else(|| {
+                    self.add_node(FaceNode {
+                        at: fan.at,
+                        kind: FaceNodeKind::Tie,
+                        walls: fan.walls,
+                        spokes: fan.spokes,
+                    })
+                });
+                let free = match known {
+                    _ if !own => None,
+                    Some(node) => self.free_spoke(node, spoke.direction),
+                    None => Some(ArcEnd::Spoke {
+                        node: node as u16,
+                        spoke: arrived as u16,
+                    }),
+                };
+                free.or_else(|| self.end_at(probe, node, spoke.direction, pair))
             }
             Stop::Leaves {
                 at,
@@ -301,8 +318,17 @@ impl Work<'_> {
                 .node_near(self.region.stations[station])
                 .and_then(|node| {
                     self.free_spoke(node, -heading)
-                        .or_else(|| self.end_at(node, -heading, pair))
+                        .or_else(|| self.end_at(probe, node, -heading, pair))
                 }),
+            // No sheet leaves the vertex there after all.
+            Stop::Fades { at: last, .. }
+                if last.distance(at) <= self.near && matches!(from, ArcEnd::Spoke { .. }) =>
+            {
+                if let ArcEnd::Spoke { node, spoke } = from {
+                    self.faded.push((node, spoke));
+                }
+                return;
+            }
             Stop::Fades { at, pair } => {
                 self.arrive_at_border(probe, at, pair, FaceNodeKind::Fading)
             }
@@ -317,6 +343,28 @@ impl Work<'_> {
                 self.out.arcs.push(FaceArc { ends: [from, to] });
             }
             None => self.out.lost.push(at),
+        }
+    }
+
+    /// Takes spokes along which no sheet leaves from vertices that keep another.
+    fn drop_faded(&mut self) {
+        self.faded.sort_unstable();
+        self.faded.dedup();
+        for (node, spoke) in std::mem::take(&mut self.faded).into_iter().rev() {
+            let end = ArcEnd::Spoke { node, spoke };
+            let spokes = &mut self.out.nodes[node as usize].spokes;
+            if spokes.len() < 2 || self.out.arcs.iter().any(|a| a.ends.contains(&end)) {
+                continue;
+            }
+            spokes.remove(spoke as usize);
+            for end in self.out.arcs.iter_mut().flat_map(|a| &mut a.ends) {
+                if let ArcEnd::Spoke { node: n, spoke: s } = end
+                    && *n == node
+                    && *s > spoke
+                {
+                    *s -= 1;
+                }
+            }
         }
     }
 
@@ -346,8 +394,9 @@ impl Work<'_> {
             .collect()
     }
 
-    /// Joins open ends between the same two walls by a contour, the likest
-    /// and nearest first, so that both tetrahedra at the face get the same.
+    /// Joins open ends between the same two walls by a contour, the nearest
+    /// first, so that both tetrahedra at the face get the same. A weak sheet
+    /// that is left with one end fades there.
     fn close_open_ends(&mut self, probe: &Probe) {
         if self.out.lost.is_empty() {
             return;
@@ -371,6 +420,27 @@ impl Work<'_> {
                 (taken[i], taken[j]) = (true, true);
                 self.out.arcs.push(FaceArc {
                     ends: [open[i].0, open[j].0],
+                });
+                self.out.matched += 1;
+            }
+        }
+        for (k, &(end, at, [left, right])) in open.iter().enumerate() {
+            let angle = || {
+                let foot = |w: FaceId| field.footpoint_on(at, w);
+                object_angle(at, &foot(left), &foot(right))
+            };
+            // Walls so weak that whether they are separate is told by the way
+            // round them, from one point so and from another otherwise.
+            let weak = || angle() <= MAX_FIN_ANGLE;
+            if !taken[k] && matches!(end, ArcEnd::Crossing { .. }) && weak() {
+                let pair = Pair { left, right };
+                let node = self.add_border(probe, at, pair, FaceNodeKind::Fading);
+                let border = ArcEnd::Spoke {
+                    node: node as u16,
+                    spoke: 0,
+                };
+                self.out.arcs.push(FaceArc {
+                    ends: [end, border],
                 });
                 self.out.matched += 1;
             }
@@ -404,11 +474,18 @@ impl Work<'_> {
     }
 
     /// Ends a contour at a vertex where walls tie, although its own are hardly
-    /// separate there: a sheet that fades out along the curve through the
-    /// vertex.
-    fn end_at(&mut self, node: usize, direction: DVec3, pair: Pair) -> Option<ArcEnd> {
-        let vertex = &mut self.out.nodes[node];
-        if vertex.kind != FaceNodeKind::Tie || !vertex.spokes.is_empty() {
+    /// separate there: the sheet reaches the vertex, which gets a spoke for it.
+    fn end_at(
+        &mut self,
+        probe: &Probe,
+        node: usize,
+        direction: DVec3,
+        pair: Pair,
+    ) -> Option<ArcEnd> {
+        let (field, vertex) = (probe.field(), &mut self.out.nodes[node]);
+        let walls = [pair.left, pair.right];
+        let has = |s: &Spoke| alike(field, vertex.at, [s.pair.left, s.pair.right], walls);
+        if vertex.kind != FaceNodeKind::Tie || vertex.spokes.iter().any(has) {
             return None;
         }
         vertex.spokes.push(Spoke {
@@ -418,8 +495,26 @@ impl Work<'_> {
         self.spokes_used[node].push(false);
         Some(ArcEnd::Spoke {
             node: node as u16,
-            spoke: 0,
+            spoke: (self.out.nodes[node].spokes.len() - 1) as u16,
         })
+    }
+
+    /// The far end of a contour that faded out on its way from `end`: one
+    /// that gets there from the other side did not, and takes its place.
+    fn faded_short(&mut self, end: ArcEnd) -> Option<ArcEnd> {
+        let arc = self.out.arcs.iter().position(|a| a.ends.contains(&end))?;
+        let [a, b] = self.out.arcs[arc].ends;
+        let ArcEnd::Spoke { node, .. } = (if a == end { b } else { a }) else {
+            return None;
+        };
+        let vertex = &mut self.out.nodes[node as usize];
+        if vertex.kind != FaceNodeKind::Fading {
+            return None;
+        }
+        vertex.spokes.clear();
+        self.spokes_used[node as usize].clear();
+        self.out.arcs.remove(arc);
+        Some(end)
     }
 
     fn arrive_at_border(
@@ -459,7 +554,12 @@ impl Work<'_> {
                     .unwrap_or(std::cmp::Ordering::Equal)
             });
         let index = match best {
-            Some(k) if self.used[side][k] => return None,
+            Some(k) if self.used[side][k] => {
+                return self.faded_short(ArcEnd::Crossing {
+                    side: side as u8,
+                    index: k as u16,
+                });
+            }
             Some(k) => k,
             None if probe.is_outside(at) => return None,
             None => {
