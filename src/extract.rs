@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use glam::DVec3;
 use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
@@ -10,13 +11,18 @@ use crate::check::closed_over::{ClosedOver, closed_over};
 use crate::field::Field;
 use crate::lattice::Lattice;
 use crate::mesh::{Frame, Part};
+use crate::reshape::ElementSettings;
 use crate::reshape::clean;
+use crate::reshape::crease::mark_creases;
+use crate::reshape::project::Projector;
+use crate::reshape::remesh::{self, Meshed, remesh};
 use crate::settings::cell::{BadCell, CellSize, Scale};
 use crate::settings::memory::{MEMORY_LIMIT, TooFine};
 use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::MidSurface;
 use crate::surface::build::build;
 use crate::surface::graph::SheetGraph;
+use crate::surface::marked::Line;
 use crate::trace::feet;
 use crate::trace::walk::{Counts, Tracer};
 use crate::walls::thickness::ThicknessProfile;
@@ -33,6 +39,8 @@ pub struct Settings {
     pub keep_fins: bool,
     /// Most memory the lattice may take, bytes; a finer cell is refused.
     pub memory_limit: u64,
+    /// Elements wanted; none for the mesh as it is traced.
+    pub elements: Option<ElementSettings>,
 }
 
 impl Default for Settings {
@@ -42,6 +50,7 @@ impl Default for Settings {
             min_angle: DEFAULT_ANGLE,
             keep_fins: false,
             memory_limit: MEMORY_LIMIT,
+            elements: None,
         }
     }
 }
@@ -101,8 +110,12 @@ pub struct Work {
     pub field_seconds: f64,
     /// Following the mid-surface.
     pub trace_seconds: f64,
-    /// Assembly, clean-up and sheet graph.
+    /// Assembly, creases, clean-up and sheet graph.
     pub mesh_seconds: f64,
+    /// Remeshing to an element size.
+    pub remesh_seconds: f64,
+    /// What remeshing did.
+    pub edits: remesh::Edits,
 }
 
 /// The result of an extraction.
@@ -112,6 +125,10 @@ pub struct Extraction {
     pub surface: MidSurface,
     /// Sheets, seams, borders and junctions.
     pub graph: SheetGraph,
+    /// Pairs of triangles that make quadrilaterals; see [`Meshed::quads`].
+    pub quads: Vec<[u32; 2]>,
+    /// Middles of edges of a remeshed surface; see [`Meshed::middles`].
+    pub middles: Vec<([u32; 2], DVec3)>,
     /// The solid that was extracted from, where bodies of the part overlapped or
     /// touched and were made one first.
     pub solid: Option<Part>,
@@ -161,23 +178,59 @@ pub fn extract_until(
 
     progress("mesh", 0, 0);
     let traced = clean::clean_on(tracer.assemble(), cell, &field);
+    let projector = Projector::new(&walls);
+    let mut traced = mark_creases(traced, &projector);
+    if traced.lines.values().any(|&line| line == Line::Crease) {
+        traced = clean::clean_on(traced, cell, &field);
+    }
     stop.heed()?;
-    let mut surface = build(&traced, feet::balls(&traced, &field));
+    let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
+
+    let meshed = match element_settings(part, &profile, settings)? {
+        Some(wanted) => {
+            progress("remesh", 0, 0);
+            remesh(&traced, &projector, &wanted)
+        }
+        None => Meshed {
+            mesh: traced,
+            ..Meshed::default()
+        },
+    };
+    stop.heed()?;
+    let before = field_seconds + trace_seconds + mesh_seconds;
+    let remesh_seconds = start.elapsed().as_secs_f64() - before;
+    let Meshed {
+        mesh,
+        quads,
+        mut middles,
+        balls: carried,
+        edits,
+    } = meshed;
+    let mut balls = feet::balls(&mesh, &field);
+    for (v, ball) in carried {
+        balls[v as usize] = ball;
+    }
+    let mut surface = build(&mesh, balls);
     surface.leave(frame);
+    frame.leave(middles.iter_mut().map(|m| &mut m.1));
     let graph = SheetGraph::of(&surface);
     let closed_over = closed_over(whole, &surface, cell);
-    let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
+    let graph_seconds = start.elapsed().as_secs_f64() - before - remesh_seconds;
 
     let work = Work {
         cell,
         field_seconds,
         trace_seconds,
-        mesh_seconds,
+        mesh_seconds: mesh_seconds + graph_seconds,
+        remesh_seconds,
+        edits,
         counts: tracer.counts(),
     };
     Ok(Extraction {
         surface,
         graph,
+        quads,
+        middles,
         solid,
         closed_over,
         work,
@@ -198,16 +251,34 @@ fn cell_size(
     profile: &ThicknessProfile,
     settings: &Settings,
 ) -> Result<f64, ExtractError> {
+    let scale = scale(part, profile);
+    settings.cell.resolve(&scale).map_err(bad_size)
+}
+
+fn element_settings(
+    part: &Part,
+    profile: &ThicknessProfile,
+    settings: &Settings,
+) -> Result<Option<remesh::Settings>, ExtractError> {
+    let scale = scale(part, profile);
+    let wanted = settings.elements.map(|e| e.resolve(&scale));
+    wanted.transpose().map_err(bad_size)
+}
+
+fn scale(part: &Part, profile: &ThicknessProfile) -> Scale {
     let median = profile.percentile(50.0);
-    let scale = Scale {
+    Scale {
         auto: median,
         thickness: median,
         diagonal: part.bounds().diagonal(),
-    };
-    settings.cell.resolve(&scale).map_err(|error| match error {
+    }
+}
+
+fn bad_size(error: BadCell) -> ExtractError {
+    match error {
         BadCell::NoThickness => ExtractError::NoThickness,
         error => ExtractError::BadCell(error),
-    })
+    }
 }
 
 /// Cells that the mid-surface of a part will cross, about: it has half the area

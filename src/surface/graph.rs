@@ -116,9 +116,8 @@ pub struct Counts {
     pub cracks: usize,
     /// Edges with three or more triangles and no seam mark.
     pub irregular_edges: usize,
-    /// Edges inside a sheet that a follower marked as seam or border: the
-    /// crease that a fin leaves.
-    pub stray_marks: usize,
+    /// Lines inside sheets along which they bend: what fins leave.
+    pub creases: usize,
     /// Vertices that hold pieces together by a point only, each counted once
     /// for every piece beyond the first.
     pub pinches: usize,
@@ -458,9 +457,7 @@ impl<'s> Measure<'s> {
             euler: vertices as i64 - self.edges.len() as i64 + self.triangles.len() as i64,
             cracks,
             irregular_edges: surface.seams().iter().map(|s| s.unmarked).sum(),
-            stray_marks: (surface.creases().iter())
-                .map(|c| segments(&c.path, c.closed).count())
-                .sum(),
+            creases: surface.creases().len(),
             pinches: fan_count - vertices,
             non_orientable_sheets: sheets.iter().filter(|s| !s.orientable).count(),
             degenerate_triangles: self.triangles.iter().filter(degenerate).count(),

@@ -17,6 +17,8 @@ pub enum Line {
     CopingBorder,
     /// Where the sheet fades out.
     FadingBorder,
+    /// Where the sheet bends because a fin was left out.
+    Crease,
 }
 
 /// A vertex with the walls that tie there.
@@ -79,7 +81,7 @@ impl MarkedMesh {
     /// matching, the neighbour may have gone on beyond its border.
     pub fn drop_stray_lines(&mut self) {
         for (edge, triangles) in self.edge_triangles() {
-            if triangles.len() == 2 {
+            if triangles.len() == 2 && self.lines.get(&edge) != Some(&Line::Crease) {
                 self.lines.remove(&edge);
             }
         }

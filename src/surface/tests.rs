@@ -63,7 +63,7 @@ fn two_sheets_that_share_an_edge_are_one() {
     mesh.lines.insert((0, 1), Line::Seam);
     let (surface, graph, cracks) = check(&mesh);
     assert_eq!((surface.sheet_count(), surface.seams().len()), (1, 0));
-    assert_eq!(graph.counts().stray_marks, 1);
+    assert_eq!(graph.counts().creases, 1);
     assert_eq!((surface.borders().len(), cracks.len()), (1, 0));
     assert!(surface.borders()[0].closed);
     assert_eq!(graph.borders()[0].length, 6.0);

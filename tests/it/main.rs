@@ -19,6 +19,7 @@ mod parts;
 mod readers;
 mod readme;
 mod reports;
+mod reshape;
 mod rethicken;
 mod shell;
 mod snapshots;

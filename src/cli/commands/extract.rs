@@ -15,6 +15,7 @@ use midsurf::surface::listing::listing;
 use super::extract_report::{Report, Seconds};
 use crate::cli::shared::console::say;
 use crate::cli::shared::coping::CopingSource;
+use crate::cli::shared::elements::ElementArgs;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
@@ -93,6 +94,8 @@ pub(crate) struct Args {
     /// Merge vertices of the part within this distance
     #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) weld: Option<f64>,
+    #[command(flatten)]
+    pub(crate) elements: ElementArgs,
     #[command(flatten)]
     pub(crate) memory: MemoryArgs,
     /// Write seams and borders into OBJ files too, as lines
@@ -182,6 +185,7 @@ impl Args {
             min_angle: self.angle,
             keep_fins: self.keep_fins,
             memory_limit: self.memory.memory_limit.0,
+            elements: self.elements.settings(),
         }
     }
 }

@@ -37,7 +37,7 @@ pub(crate) struct Seconds {
 impl Seconds {
     /// Seconds of the extraction's stages.
     pub(crate) fn of_work(work: &Work) -> f64 {
-        work.field_seconds + work.trace_seconds + work.mesh_seconds
+        work.field_seconds + work.trace_seconds + work.mesh_seconds + work.remesh_seconds
     }
 }
 
@@ -90,6 +90,7 @@ impl Report {
                 "cell_length": work.cell,
                 "angle": args.angle,
                 "keep_fins": args.keep_fins,
+                "elements": args.elements.settings(),
                 "memory_limit": args.memory.memory_limit,
                 "allow_open": args.allow_open,
                 "weld": args.weld,
@@ -100,6 +101,7 @@ impl Report {
                 "field": work.field_seconds,
                 "trace": work.trace_seconds,
                 "mesh": work.mesh_seconds,
+                "remesh": work.remesh_seconds,
                 "write": self.seconds.write,
                 "total": self.seconds.total,
             }),
@@ -122,6 +124,7 @@ impl Report {
                 "lost": work.counts.lost,
                 "matched": work.counts.matched,
                 "unsettled": work.counts.unsettled,
+                "remeshing": work.edits,
             },
         }))
     }
@@ -193,6 +196,7 @@ impl Report {
                 with_length(counts.fading_borders, self.figures.fading_border_length),
                 counted(counts.boundary_components, "connected piece"),
             ),
+            format!("creases      {}", counts.creases),
             format!("cracks       {}", cracks.len()),
         ];
         if let Some(t) = self.thickness {
@@ -225,6 +229,7 @@ impl Report {
             ("field", work.field_seconds),
             ("trace", work.trace_seconds),
             ("mesh", work.mesh_seconds),
+            ("remesh", work.remesh_seconds),
             ("write", self.seconds.write),
         ];
         let stages = stages

@@ -113,6 +113,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             min_angle: args.angle,
             keep_fins: false,
             memory_limit: args.memory.memory_limit.0,
+            elements: None,
         },
         solid_cell: args.solid_cell,
         memory_limit: args.memory.memory_limit.0,

@@ -3,6 +3,7 @@
 pub(crate) mod bodies;
 pub(crate) mod console;
 pub(crate) mod coping;
+pub(crate) mod elements;
 pub(crate) mod failure;
 pub(crate) mod input;
 pub(crate) mod memory;

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::{border_code, vertex_code};
+use super::{CREASE_CODE, border_code, vertex_code};
 use crate::mesh::TriMesh;
 use crate::surface::{MidSurface, VertexKind, segments};
 
@@ -64,20 +64,22 @@ pub(super) fn write_mesh(
 }
 
 /// Writes a mid-surface with thickness, radius and kind a vertex, sheet a face,
-/// and the edges of seams and borders with their kind.
+/// and the edges of seams, borders and creases with their kind.
 pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()> {
     let seams =
         (surface.seams().iter()).map(|l| (&l.path, l.closed, vertex_code(VertexKind::Seam)));
     let borders = (surface.borders().iter()).map(|l| (&l.path, l.closed, border_code(l.kind)));
+    let creases = (surface.creases().iter()).map(|l| (&l.path, l.closed, CREASE_CODE));
     let edges: Vec<([u32; 2], u8)> = seams
         .chain(borders)
+        .chain(creases)
         .flat_map(|(path, closed, kind)| segments(path, closed).map(move |edge| (edge, kind)))
         .collect();
     write!(
         out,
         "ply\n\
          format binary_little_endian 1.0\n\
-         comment mid-surface; kind: 0 sheet, 1 seam, 2 junction, 3 coping border, 4 fading border\n\
+         comment mid-surface; kind: 0 sheet, 1 seam, 2 junction, 3 coping border, 4 fading border, 5 crease\n\
          element vertex {}\n\
          property double x\n\
          property double y\n\

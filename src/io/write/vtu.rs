@@ -15,7 +15,7 @@
 
 use std::io::{self, Write};
 
-use super::{border_code, vertex_code};
+use super::{CREASE_CODE, border_code, vertex_code};
 use crate::surface::{MidSurface, VertexKind, segments};
 
 /// VTK's number for a two-node line.
@@ -66,6 +66,12 @@ impl Cells {
             for segment in segments(&border.path, border.closed) {
                 let sheet = border.sheet as i32;
                 cells.push(&segment, VTK_LINE, sheet, kind, number as i32);
+            }
+        }
+        for (number, crease) in surface.creases().iter().enumerate() {
+            for segment in segments(&crease.path, crease.closed) {
+                let sheet = crease.sheet as i32;
+                cells.push(&segment, VTK_LINE, sheet, CREASE_CODE, number as i32);
             }
         }
         cells

@@ -19,8 +19,6 @@
 //! - That every needle goes. Where the surface bends, where lines run close
 //!   together and at borders with bends, some stay.
 
-mod complex;
-mod shape;
 #[cfg(test)]
 mod tests;
 
@@ -28,12 +26,13 @@ use glam::DVec3;
 use serde::Serialize;
 use smallvec::SmallVec;
 
+use super::complex::{Complex, Rank};
+use super::facing::{TRUSTED, TURN};
+use super::shape::{Shape, crossing_gap, to_segment, to_triangle};
 use crate::field::Field;
 use crate::mesh::FaceId;
 use crate::surface::marked::Line;
 use crate::surface::marked::MarkedMesh;
-use complex::{Complex, Rank};
-use shape::{Shape, crossing_gap, to_segment, to_triangle};
 
 /// How far clean-up may go.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -80,13 +79,6 @@ pub struct Edits {
     pub short_left: usize,
 }
 
-/// A triangle keeps its direction if its normal turns by less than 60 degrees.
-const TURN: f64 = 0.5;
-
-/// Flatter triangles have no normal to trust: on a curved sheet the sagitta
-/// of the long side rivals the height.
-const TRUSTED: f64 = 0.05;
-
 /// No edit makes a triangle flatter than this, least height over longest
 /// edge, unless it was nearly as flat before.
 const FLATTEST: f64 = 1e-5;
@@ -129,7 +121,7 @@ pub fn clean_counted(
         }
     }
     cleaner.edits.short_left = cleaner.short_edges(|_| true).len();
-    (cleaner.complex.into_mesh(mesh), cleaner.edits)
+    (cleaner.complex.into_mesh(&mesh.vertices), cleaner.edits)
 }
 
 struct Cleaner<'f> {
@@ -193,7 +185,7 @@ impl<'f> Cleaner<'f> {
     }
 
     fn shape(&self, corners: [u32; 3]) -> Shape {
-        Shape::of(corners.map(|v| self.complex.at(v)))
+        self.complex.shape(corners)
     }
 
     /// Notes that the surroundings of a vertex are others now.
@@ -371,7 +363,7 @@ impl<'f> Cleaner<'f> {
             let moved = c.map(|w| if w == u { v } else { w });
             let new = self.shape(moved);
             let flat = new.flatness < FLATTEST && new.flatness < LOSS * old.flatness;
-            if flat || new.flatness <= 0.0 || !self.keeps_direction(t, c, &old, &new) {
+            if flat || new.flatness <= 0.0 || !complex.keeps_direction(t, c, &old, &new) {
                 return None;
             }
             outcome.sine = outcome.sine.min(new.sine);
@@ -425,35 +417,6 @@ impl<'f> Cleaner<'f> {
         let (normal, origin) = (field.normal(a), field.corners(a)[0]);
         let apart = |p: DVec3| normal.dot(p - origin).abs() > self.coping_limit;
         normal.dot(field.normal(b)) > 0.5 && !field.corners(b).into_iter().any(apart)
-    }
-
-    /// Whether a triangle that changes its corner `u` still faces the same way.
-    ///
-    /// If it had no normal to trust, it is held against those of its
-    /// neighbours that have one.
-    fn keeps_direction(&self, t: u32, c: [u32; 3], old: &Shape, new: &Shape) -> bool {
-        if old.flatness >= TRUSTED {
-            return old.normal.dot(new.normal) >= TURN;
-        }
-        let mut told = false;
-        for k in 0..3 {
-            let (a, b) = (c[k], c[(k + 1) % 3]);
-            let Some(wings) = self.complex.wings(a, b) else {
-                continue;
-            };
-            let Some(&(_, apex)) = wings.iter().find(|w| w.0 != t) else {
-                continue;
-            };
-            // Turned as this triangle is, whatever the neighbour's own turn.
-            let neighbour = self.shape([b, a, apex]);
-            if neighbour.flatness >= TRUSTED {
-                told = true;
-                if neighbour.normal.dot(new.normal) < 0.0 {
-                    return false;
-                }
-            }
-        }
-        told || old.normal.dot(new.normal) >= 0.0
     }
 
     /// Flips edges of poor triangles where that betters the worst angle.

@@ -20,7 +20,7 @@ fn fixed(graph: &SheetGraph) -> Counts {
         vertices: 0,
         edges: 0,
         triangles: 0,
-        stray_marks: 0,
+        creases: 0,
         lone_feet: 0,
         degenerate_triangles: 0,
         ..*graph.counts()

@@ -7,8 +7,7 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use crate::mesh::FaceId;
-use crate::surface::marked::Line;
-use crate::surface::marked::{MarkedMesh, edge};
+use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
 
 /// Vertex without triangles, in [`Complex::triangles`].
 const GONE: u32 = u32::MAX;
@@ -94,25 +93,37 @@ impl Complex {
         complex
     }
 
-    /// The mesh again: vertices in use and triangles left, in their old order.
-    pub(super) fn into_mesh(self, mesh: &MarkedMesh) -> MarkedMesh {
+    /// The mesh again: vertices in use and triangles left, in their old order;
+    /// `old[v]` is vertex `v`.
+    pub(super) fn into_mesh(self, old: &[MarkedVertex]) -> MarkedMesh {
+        self.into_mesh_with(old, FxHashMap::default())
+    }
+
+    /// As [`into_mesh`](Complex::into_mesh), with marks for further edges.
+    pub(super) fn into_mesh_with(
+        self,
+        old: &[MarkedVertex],
+        marks: FxHashMap<(u32, u32), Line>,
+    ) -> MarkedMesh {
         let mut number = vec![GONE; self.at.len()];
         let mut vertices = Vec::new();
-        for (v, vertex) in mesh.vertices.iter().enumerate() {
+        for (v, vertex) in old.iter().enumerate() {
             if !self.around[v].is_empty() {
                 number[v] = vertices.len() as u32;
                 vertices.push(vertex.clone());
             }
         }
         let renumber = |v: u32| number[v as usize];
+        let lines = (self.lines.iter()).filter_map(|(e, class)| Some((*e, class.mark?)));
         MarkedMesh {
             vertices,
             triangles: (self.triangles.iter())
                 .filter(|c| c[0] != GONE)
                 .map(|c| c.map(renumber))
                 .collect(),
-            lines: (self.lines.iter())
-                .filter_map(|(e, class)| Some((edge(renumber(e.0), renumber(e.1)), class.mark?)))
+            lines: lines
+                .chain(marks)
+                .map(|(e, mark)| (edge(renumber(e.0), renumber(e.1)), mark))
                 .collect(),
         }
     }
@@ -336,5 +347,87 @@ impl Complex {
         self.around[d as usize].push(s);
         self.around[a as usize].retain(|x| *x != t);
         self.around[c as usize].push(t);
+    }
+
+    /// Moves a vertex.
+    pub(super) fn put(&mut self, v: u32, at: DVec3) {
+        self.at[v as usize] = at;
+    }
+
+    /// Makes a vertex a corner: lines end there.
+    pub(super) fn pin(&mut self, v: u32) {
+        self.rank[v as usize] = Rank::Corner;
+    }
+
+    /// All edges in ascending order, low vertex first.
+    pub(super) fn edges(&self) -> Vec<(u32, u32)> {
+        let mut all: Vec<(u32, u32)> = (self.triangles.iter())
+            .filter(|c| c[0] != GONE)
+            .flat_map(|c| [0, 1, 2].map(|k| edge(c[k], c[(k + 1) % 3])))
+            .collect();
+        all.par_sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// Edges on lines, ascending.
+    pub(super) fn line_edges(&self) -> Vec<((u32, u32), Class)> {
+        let mut all: Vec<_> = self.lines.iter().map(|(&e, &class)| (e, class)).collect();
+        all.sort_unstable_by_key(|l| l.0);
+        all
+    }
+
+    /// Splits an edge, and with it all its triangles, by a new vertex at `at`,
+    /// whose number is returned. Lines go on through it.
+    pub(super) fn split(&mut self, a: u32, b: u32, at: DVec3) -> u32 {
+        let middle = self.at.len() as u32;
+        self.at.push(at);
+        self.coping.push(None);
+        self.around.push(SmallVec::new());
+        let class = self.class(a, b);
+        self.rank.push(match class {
+            Some(_) => Rank::Line,
+            None => Rank::Inner,
+        });
+        if let Some(class) = class {
+            self.lines.remove(&edge(a, b));
+            self.lines.insert(edge(a, middle), class);
+            self.lines.insert(edge(middle, b), class);
+        }
+        let beside: SmallVec<[u32; 4]> = (self.around(a).iter().copied())
+            .filter(|&t| self.triangles[t as usize].contains(&b))
+            .collect();
+        for t in beside {
+            let corners = self.triangles[t as usize];
+            let new = self.triangles.len() as u32;
+            self.triangles[t as usize] = corners.map(|w| if w == b { middle } else { w });
+            self.triangles
+                .push(corners.map(|w| if w == a { middle } else { w }));
+            self.around[b as usize].retain(|s| *s != t);
+            self.around[b as usize].push(new);
+            self.around[middle as usize].extend([t, new]);
+            for c in corners.into_iter().filter(|&c| c != a && c != b) {
+                self.around[c as usize].push(new);
+            }
+        }
+        middle
+    }
+
+    /// Splits a triangle by a new vertex inside it, whose number is returned.
+    pub(super) fn insert(&mut self, t: u32, at: DVec3) -> u32 {
+        let middle = self.at.len() as u32;
+        self.at.push(at);
+        self.coping.push(None);
+        self.rank.push(Rank::Inner);
+        let [a, b, c] = self.triangles[t as usize];
+        let new = self.triangles.len() as u32;
+        self.triangles[t as usize] = [a, b, middle];
+        self.triangles.extend([[b, c, middle], [c, a, middle]]);
+        self.around[c as usize].retain(|s| *s != t);
+        self.around[b as usize].push(new);
+        self.around[c as usize].extend([new, new + 1]);
+        self.around[a as usize].push(new + 1);
+        self.around.push(SmallVec::from_slice(&[t, new, new + 1]));
+        middle
     }
 }

@@ -1,0 +1,460 @@
+//! Creases: where a fin was left out, its sheet bends, and the mesh gets a
+//! chain of edges there.
+//!
+//! Along the line where a pruned fin would have joined, three walls are equally
+//! near: two that a convex edge or round joins, and one across. Followers take
+//! the first two for one wall, so the sheet runs on with a kink. An edge of the
+//! mesh crosses such a line if the footpoint on one side jumps: the jump stays
+//! however short the piece of the edge. The crossing is then solved as a point
+//! of three ties and becomes a vertex: a new one, or the end of the edge if it
+//! is near. Two such vertices of a triangle are joined by an edge.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+
+use super::complex::{Complex, Rank};
+use super::facing::TURN;
+use super::project::Projector;
+use crate::field::Footpoint;
+use crate::mesh::FaceId;
+use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
+use crate::trace::follow::contour::CREASE_ANGLE;
+use crate::trace::solve::{Condition, on_coping, solve};
+
+/// Footpoint directions that differ by less, in degrees, are no jump: creases
+/// flatter than this are left to the triangles.
+const LEAST_JUMP: f64 = 10.0;
+
+/// A piece of an edge this short, against the distance of its walls, tells a
+/// jump from a tight round: a fillet smaller than an eighth of the wall's
+/// thickness is a crease.
+const BRACKET: f64 = 0.03;
+
+/// A crossing nearer to an end of its edge than this share of the edge moves
+/// the end; the sum of two such shares leaves room between them.
+const NEAR_END: f64 = 0.25;
+
+/// A crossing nearer to a corner than this share of its edge is the corner.
+const AT_CORNER: f64 = 0.02;
+
+/// Sine of ten degrees: no vertex is moved where it would leave a flatter angle.
+const FLATTEST: f64 = 0.17;
+
+/// Where a crease crosses an edge.
+#[derive(Clone, Debug)]
+struct Crossing {
+    /// Share of the edge before it, from its low vertex.
+    share: f64,
+    vertex: MarkedVertex,
+}
+
+/// Cuts the mesh along its creases and marks their edges.
+pub fn mark_creases(mesh: MarkedMesh, projector: &Projector) -> MarkedMesh {
+    let mut cutter = Cutter {
+        complex: Complex::new(&mesh),
+        vertices: mesh.vertices,
+        creased: Vec::new(),
+        projector,
+    };
+    cutter.creased = (cutter.vertices.iter())
+        .map(|v| cutter.is_creased(v))
+        .collect();
+    cutter.snap();
+    cutter.split();
+    cutter.meet();
+    cutter.into_marked()
+}
+
+struct Cutter<'a> {
+    complex: Complex,
+    vertices: Vec<MarkedVertex>,
+    /// Vertices on a crease.
+    creased: Vec<bool>,
+    projector: &'a Projector<'a>,
+}
+
+impl Cutter<'_> {
+    fn foot(&self, x: DVec3, face: FaceId) -> Footpoint {
+        self.projector.walls().field().footpoint_on(x, face)
+    }
+
+    /// Feet of a vertex on its walls, one for each place.
+    fn feet(&self, vertex: &MarkedVertex) -> SmallVec<[Footpoint; 4]> {
+        let mut feet: SmallVec<[Footpoint; 4]> = SmallVec::new();
+        let all = vertex.walls.iter().map(|&f| self.foot(vertex.at, f));
+        for foot in all {
+            let same = |f: &Footpoint| f.point.distance(foot.point) <= 1e-4 * foot.distance;
+            if !feet.iter().any(same) {
+                feet.push(foot);
+            }
+        }
+        feet
+    }
+
+    /// Whether three walls tie at a vertex, two of them joined round a convex
+    /// edge.
+    fn is_creased(&self, vertex: &MarkedVertex) -> bool {
+        let feet = self.feet(vertex);
+        (feet.iter().enumerate()).any(|(n, a)| {
+            feet[..n].iter().any(|b| {
+                turn(vertex.at, a, vertex.at, b) > LEAST_JUMP
+                    && !self.projector.walls().separate(vertex.at, a, b)
+            })
+        })
+    }
+
+    /// The crossing of an edge by a crease.
+    fn crossing(&self, a: u32, b: u32) -> Option<Crossing> {
+        if self.creased[a as usize] || self.creased[b as usize] {
+            return None;
+        }
+        let mark = match self.complex.class(a, b) {
+            None => Line::Sheet,
+            Some(class) => class.mark?,
+        };
+        let ends = [a, b].map(|v| &self.vertices[v as usize]);
+        let [from, to] = ends.map(|v| self.feet(v));
+        let way = ends[1].at - ends[0].at;
+        // Every wall of one end has its like at the other; one that jumps has none.
+        let jump = |feet: &[Footpoint], x: DVec3, others: &[Footpoint], y: DVec3| {
+            feet.iter().any(|f| {
+                let least = (others.iter())
+                    .map(|g| turn(x, f, y, g))
+                    .fold(180.0, f64::min);
+                least > LEAST_JUMP
+            })
+        };
+        if !jump(&from, ends[0].at, &to, ends[1].at) && !jump(&to, ends[1].at, &from, ends[0].at) {
+            return None;
+        }
+        let bracket = self.bracket(ends, mark)?;
+        let vertex = self.solve_crossing(ends, &bracket, mark)?;
+        let share = (vertex.at - ends[0].at).dot(way) / way.length_squared();
+        // A little beyond an end is at the end.
+        (share > -NEAR_END && share < 1.0 + NEAR_END).then_some(Crossing { share, vertex })
+    }
+
+    /// A short piece of an edge across which a footpoint jumps round a convex
+    /// edge, with its two ends.
+    fn bracket(&self, ends: [&MarkedVertex; 2], mark: Line) -> Option<[MarkedVertex; 2]> {
+        const HALVINGS: usize = 16;
+        if mark == Line::FadingBorder {
+            return None;
+        }
+        let mut piece = ends.map(|v| v.clone());
+        let jump = |p: &MarkedVertex, q: &MarkedVertex| -> f64 {
+            let [fp, fq] = [self.feet(p), self.feet(q)];
+            self.matched(p.at, &fp, q.at, &fq)
+        };
+        for _ in 0..HALVINGS {
+            let [p, q] = &piece;
+            let gap = p.at.distance(q.at);
+            let distance = self.feet(p).first()?.distance;
+            if jump(p, q) < LEAST_JUMP {
+                return None;
+            }
+            if gap <= BRACKET * distance {
+                return Some(piece);
+            }
+            let hints: SmallVec<[FaceId; 8]> = p.walls.iter().chain(&q.walls).copied().collect();
+            let guess = 0.5 * (p.at + q.at);
+            let middle = match mark {
+                Line::Sheet => self.projector.on_sheet(guess, &hints, 0.5 * gap),
+                line => {
+                    let hints = MarkedVertex {
+                        at: guess,
+                        walls: hints.iter().copied().collect(),
+                        coping: p.coping.or(q.coping),
+                    };
+                    let along = (q.at - p.at).try_normalize()?;
+                    self.projector
+                        .on_line(line, guess, along, &hints, 0.5 * gap)
+                }
+            }?;
+            if jump(p, &middle) >= jump(&middle, q) {
+                piece[1] = middle;
+            } else {
+                piece[0] = middle;
+            }
+        }
+        None
+    }
+
+    /// The largest turn of a footpoint from `x` to `y`, each with its like.
+    fn matched(&self, x: DVec3, from: &[Footpoint], y: DVec3, to: &[Footpoint]) -> f64 {
+        let one = |f: &Footpoint, at: DVec3, others: &[Footpoint], other: DVec3| {
+            (others.iter())
+                .map(|g| turn(at, f, other, g))
+                .fold(180.0, f64::min)
+        };
+        let there = from.iter().map(|f| one(f, x, to, y)).fold(0.0, f64::max);
+        let back = to.iter().map(|f| one(f, y, from, x)).fold(0.0, f64::max);
+        there.max(back)
+    }
+
+    /// Solves the point where the walls of both ends of a short piece tie.
+    fn solve_crossing(
+        &self,
+        ends: [&MarkedVertex; 2],
+        piece: &[MarkedVertex; 2],
+        mark: Line,
+    ) -> Option<MarkedVertex> {
+        let walls = self.projector.walls();
+        let field = walls.field();
+        let [p, q] = piece;
+        let (start, reach) = (0.5 * (p.at + q.at), 4.0 * p.at.distance(q.at));
+        let [fp, fq] = [self.feet(p), self.feet(q)];
+        let lonely = |f: &&Footpoint, at: DVec3, others: &[Footpoint], other: DVec3| {
+            others.iter().all(|g| turn(at, f, other, g) > LEAST_JUMP)
+        };
+        let one = fp.iter().find(|f| lonely(f, p.at, &fq, q.at))?;
+        let two = fq.iter().find(|f| lonely(f, q.at, &fp, p.at))?;
+        let kept = (fp.iter()).filter(|f| !lonely(f, p.at, &fq, q.at));
+        let kept: SmallVec<[FaceId; 4]> = kept.map(|f| f.face).collect();
+        let &across = kept.first()?;
+        let (foot_one, foot_two) = (self.foot(start, one.face), self.foot(start, two.face));
+        if walls.separate(start, &foot_one, &foot_two) {
+            return None;
+        }
+        let ties = [
+            Condition::Tie(across, one.face),
+            Condition::Tie(across, two.face),
+        ];
+        let tolerance = walls.tolerances().solve;
+        let coping = p.coping.or(q.coping);
+        let (at, coping) = match mark {
+            Line::CopingBorder => {
+                let (at, on) = on_coping(field, ties, start, coping?, reach, tolerance)?;
+                (at, Some(on))
+            }
+            Line::Seam => {
+                let third = Condition::Tie(across, *kept.get(1)?);
+                (
+                    solve(field, [ties[0], ties[1], third], start, reach, tolerance)?,
+                    None,
+                )
+            }
+            _ => {
+                // In the plane of the edge across the sheet.
+                let way = (ends[1].at - ends[0].at).try_normalize()?;
+                let normal = self.projector.normal(start, across, one.face)
+                    + self.projector.normal(start, across, two.face);
+                let side = way.cross(normal).try_normalize()?;
+                let plane = Condition::plane(side, ends[0].at);
+                (
+                    solve(field, [ties[0], ties[1], plane], start, reach, tolerance)?,
+                    None,
+                )
+            }
+        };
+        let mut tied: SmallVec<[FaceId; 4]> = SmallVec::from_slice(&[one.face, two.face]);
+        tied.extend(kept);
+        Some(MarkedVertex {
+            at,
+            walls: tied,
+            coping,
+        })
+    }
+
+    fn all_crossings(&self) -> Vec<((u32, u32), Crossing)> {
+        (self.complex.edges().into_par_iter())
+            .filter_map(|(a, b)| Some(((a, b), self.crossing(a, b)?)))
+            .collect()
+    }
+
+    /// Moves vertices onto creases near by.
+    fn snap(&mut self) {
+        let mut near: Vec<(u64, u32, MarkedVertex)> = Vec::new();
+        let mut corners: Vec<(u32, bool)> = Vec::new();
+        for ((a, b), crossing) in self.all_crossings() {
+            let on_line = self.complex.class(a, b).is_some();
+            for (v, share) in [(a, crossing.share), (b, 1.0 - crossing.share)] {
+                // A vertex of a line moves along it only.
+                let free = match self.complex.rank(v) {
+                    Rank::Inner => true,
+                    Rank::Line => on_line,
+                    Rank::Corner => {
+                        // A crease that ends in a corner.
+                        corners.push((v, share < AT_CORNER));
+                        false
+                    }
+                };
+                if free && share < NEAR_END {
+                    let gap = self.complex.at(v).distance(crossing.vertex.at);
+                    near.push((gap.to_bits(), v, crossing.vertex.clone()));
+                }
+            }
+        }
+        for (v, gap) in corners {
+            self.creased[v as usize] |= gap;
+        }
+        // The nearest crossing first: of a vertex with several it is the one.
+        near.sort_by_key(|n| (n.0, n.1));
+        for (_, v, vertex) in near {
+            if !self.creased[v as usize] && self.may_move(v, vertex.at) {
+                self.complex.put(v, vertex.at);
+                self.vertices[v as usize] = vertex;
+                self.creased[v as usize] = true;
+            }
+        }
+    }
+
+    /// Whether no triangle turns over or collapses if a vertex moves.
+    fn may_move(&self, v: u32, to: DVec3) -> bool {
+        self.complex.around(v).iter().all(|&t| {
+            let Some(corners) = self.complex.corners(t) else {
+                return true;
+            };
+            let old = self.complex.shape(corners);
+            let new = self.complex.shape_with(corners, v, to);
+            new.normal.dot(old.normal) > TURN && new.sine > FLATTEST.min(0.9 * old.sine)
+        })
+    }
+
+    /// Splits the edges that still cross a crease.
+    fn split(&mut self) {
+        let inside = |c: &Crossing| c.share > AT_CORNER && c.share < 1.0 - AT_CORNER;
+        for ((a, b), crossing) in self.all_crossings() {
+            if !inside(&crossing) {
+                continue;
+            }
+            let new = self.complex.split(a, b, crossing.vertex.at);
+            debug_assert_eq!(new as usize, self.vertices.len());
+            self.vertices.push(crossing.vertex);
+            self.creased.push(true);
+        }
+    }
+
+    /// Where creases meet, a triangle has three creased corners, and four walls
+    /// tie at a point near by: it becomes a vertex, in the triangle or in place
+    /// of the nearest corner.
+    fn meet(&mut self) {
+        for t in 0..self.complex.triangle_count() as u32 {
+            let Some(c) = self.complex.corners(t) else {
+                continue;
+            };
+            if !c.iter().all(|&v| self.creased[v as usize]) {
+                continue;
+            }
+            let Some(vertex) = self.meeting(c) else {
+                continue;
+            };
+            if self.is_within(c, vertex.at) {
+                self.complex.insert(t, vertex.at);
+                self.vertices.push(vertex);
+                self.creased.push(true);
+                continue;
+            }
+            let gap = |v: u32| self.complex.at(v).distance(vertex.at);
+            let nearest = c.into_iter().min_by(|&v, &w| gap(v).total_cmp(&gap(w)));
+            if let Some(v) = nearest
+                && self.complex.rank(v) == Rank::Inner
+                && self.may_move(v, vertex.at)
+            {
+                self.complex.put(v, vertex.at);
+                self.vertices[v as usize] = vertex;
+            }
+        }
+    }
+
+    /// The point near three vertices on creases where all their walls tie.
+    fn meeting(&self, corners: [u32; 3]) -> Option<MarkedVertex> {
+        let walls = self.projector.walls();
+        let field = walls.field();
+        let points = corners.map(|v| self.complex.at(v));
+        let start = (points[0] + points[1] + points[2]) / 3.0;
+        let hints = corners
+            .iter()
+            .flat_map(|&v| &self.vertices[v as usize].walls);
+        let mut tied: SmallVec<[Footpoint; 6]> = SmallVec::new();
+        for &face in hints {
+            let foot = self.foot(start, walls.settle(start, face, CREASE_ANGLE));
+            if tied
+                .iter()
+                .all(|f| turn(start, f, start, &foot) > LEAST_JUMP)
+            {
+                tied.push(foot);
+            }
+        }
+        let &[a, b, c, d] = tied.as_slice() else {
+            return None;
+        };
+        let ties = [b, c, d].map(|other| Condition::Tie(a.face, other.face));
+        let reach = points.iter().map(|p| p.distance(start)).fold(0.0, f64::max);
+        let at = solve(field, ties, start, 2.0 * reach, walls.tolerances().solve)?;
+        let nearest = field.footpoint_near(at, a.face).distance;
+        let least = field.footpoint_on(at, a.face).distance;
+        (nearest >= 0.999 * least).then(|| MarkedVertex {
+            at,
+            walls: tied.iter().map(|f| f.face).collect(),
+            coping: None,
+        })
+    }
+
+    /// Whether a point lies over a triangle, off its edges.
+    fn is_within(&self, corners: [u32; 3], p: DVec3) -> bool {
+        let [a, b, c] = corners.map(|v| self.complex.at(v));
+        let normal = (b - a).cross(c - a);
+        let share = |p: DVec3, q: DVec3| (q - p).cross(normal);
+        let over = |from: DVec3, to: DVec3, apex: DVec3| {
+            let inward = -share(from, to);
+            inward.dot(p - from) > AT_CORNER * inward.dot(apex - from)
+        };
+        over(a, b, c) && over(b, c, a) && over(c, a, b)
+    }
+
+    /// Marks the edges along creases.
+    fn into_marked(self) -> MarkedMesh {
+        let mut creases: FxHashMap<(u32, u32), Line> = FxHashMap::default();
+        for (a, b) in self.complex.edges() {
+            let both = self.creased[a as usize] && self.creased[b as usize];
+            if both && self.complex.wings(a, b).is_some() && self.bends(a, b) {
+                creases.insert(edge(a, b), Line::Crease);
+            }
+        }
+        self.drop_shortcuts(&mut creases);
+        self.complex.into_mesh_with(&self.vertices, creases)
+    }
+
+    /// Of a triangle with three creased edges the longest is a shortcut.
+    fn drop_shortcuts(&self, creases: &mut FxHashMap<(u32, u32), Line>) {
+        let mut shortcuts = Vec::new();
+        for t in 0..self.complex.triangle_count() as u32 {
+            let Some(c) = self.complex.corners(t) else {
+                continue;
+            };
+            let edges = [0, 1, 2].map(|k| edge(c[k], c[(k + 1) % 3]));
+            if edges.iter().all(|e| creases.contains_key(e)) {
+                let length = |e: &(u32, u32)| self.complex.at(e.0).distance(self.complex.at(e.1));
+                shortcuts.extend(
+                    edges
+                        .into_iter()
+                        .max_by(|e, f| length(e).total_cmp(&length(f))),
+                );
+            }
+        }
+        for shortcut in shortcuts {
+            creases.remove(&shortcut);
+        }
+    }
+
+    /// Whether the two triangles of an edge lie on the two sides of a crease:
+    /// their far corners have different walls on the side that jumps.
+    fn bends(&self, a: u32, b: u32) -> bool {
+        let Some([(_, c), (_, d)]) = self.complex.wings(a, b) else {
+            return false;
+        };
+        let [c, d] = [c, d].map(|v| &self.vertices[v as usize]);
+        let [fc, fd] = [self.feet(c), self.feet(d)];
+        self.matched(c.at, &fc, d.at, &fd) > LEAST_JUMP
+    }
+}
+
+/// By how much the direction of a footpoint turns from one point to another,
+/// degrees.
+fn turn(x: DVec3, f: &Footpoint, y: DVec3, g: &Footpoint) -> f64 {
+    let (u, v) = (f.point - x, g.point - y);
+    u.cross(v).length().atan2(u.dot(v)).to_degrees()
+}

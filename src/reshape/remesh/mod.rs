@@ -1,0 +1,268 @@
+//! Remeshing to an element size.
+//!
+//! Edges are split, contracted and flipped and vertices moved until edges have
+//! their target lengths ([`size`](super::size)) and triangles good angles
+//! (Botsch and Kobbelt, "A remeshing approach to multiresolution modeling",
+//! 2004). We deviate in this: seams, borders and creases are divided once and
+//! shared by all their sheets, so the result conforms; every vertex is put back
+//! onto the exact mid-surface by its footpoints ([`project`](super::project)),
+//! not onto the mesh given; and an edit must keep the topology, the direction
+//! of each triangle and, within [`Settings::sag`], the place of the surface.
+//!
+//! # What is promised
+//!
+//! - The result is homeomorphic to the mesh given, lines to lines and corners
+//!   to corners: no crack, no fold.
+//! - The same mesh and settings give the same result, bit for bit.
+//!
+//! # What is not
+//!
+//! - Good angles where lines themselves meet at small ones, or run closer
+//!   together than [`Settings::grading`] can make up for.
+
+mod edits;
+mod quads;
+mod relax;
+mod straight;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::complex::{Complex, Rank};
+use super::lines::Lines;
+use super::project::Projector;
+use super::shape::Shape;
+use super::size::sizes;
+use crate::surface::Ball;
+use crate::surface::marked::{MarkedMesh, MarkedVertex};
+use straight::Support;
+
+/// How fine, and how true to the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Edge length wanted, part units.
+    pub size: f64,
+    /// How far edges may run beside a curved wall or line, part units.
+    pub sag: f64,
+    /// Growth of edges away from fine places, by length.
+    pub grading: f64,
+    /// Whether to pair triangles to quadrilaterals.
+    pub quads: bool,
+    /// How sheets run where they meet.
+    pub junctions: Junctions,
+}
+
+/// How sheets run where they meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Junctions {
+    /// Equally far from the nearest walls: dipping towards seams and bends.
+    #[default]
+    Medial,
+    /// In the middle of their own walls up to where they meet.
+    Straight,
+}
+
+/// A mesh of elements.
+#[derive(Clone, Debug, Default)]
+pub struct Meshed {
+    /// Its triangles.
+    pub mesh: MarkedMesh,
+    /// Pairs of triangles that make a quadrilateral without the edge between
+    /// them, lower number first; each triangle once at most.
+    pub quads: Vec<[u32; 2]>,
+    /// Middles of edges on their sheets and lines, low vertex first.
+    pub middles: Vec<([u32; 2], DVec3)>,
+    /// Balls of vertices that were carried off the medial surface, by number.
+    pub balls: Vec<(u32, Ball)>,
+    /// What was done.
+    pub edits: Edits,
+}
+
+impl Settings {
+    /// Default of [`Settings::grading`]: edges grow by two fifths from one to the next.
+    pub const GRADING: f64 = 0.4;
+
+    /// Default of [`Settings::sag`], in wall thicknesses: a little more than
+    /// the eighth of a thickness by which a sheet dips towards a seam, which
+    /// is not to be resolved.
+    pub const SAG: f64 = 0.15;
+}
+
+/// What was done, and what could not be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Edits {
+    /// Edges split.
+    pub split: usize,
+    /// Edges contracted.
+    pub contracted: usize,
+    /// Edges flipped.
+    pub flipped: usize,
+    /// Vertices that lie on a chord, as no exact point was found for them.
+    pub chords: usize,
+}
+
+/// Rounds of splitting, contracting, flipping and moving.
+const ROUNDS: usize = 6;
+
+/// Rounds that better what is poor after that.
+const POLISH: usize = 4;
+
+/// A line has a corner where it turns by more, degrees.
+const CORNER: f64 = 30.0;
+
+/// Cosine of the angle by which a triangle may lean against the sheet at its
+/// corners: 60 degrees, more than a sheet turns in its dip towards a seam.
+const LEANING: f64 = 0.5;
+
+/// Turns within this share of the element size count as one corner.
+const CORNER_WIDTH: f64 = 0.1;
+
+/// Remeshes towards an element size.
+pub fn remesh(mesh: &MarkedMesh, projector: &Projector, settings: &Settings) -> Meshed {
+    let mut remesher = Remesher::new(mesh, projector, settings);
+    for _ in 0..ROUNDS {
+        remesher.contract_short();
+        remesher.split_long();
+        remesher.flip_poor();
+        remesher.relax();
+    }
+    if settings.junctions == Junctions::Straight {
+        remesher.straighten();
+    }
+    for _ in 0..POLISH {
+        remesher.contract_poor();
+        remesher.flip_poor();
+        remesher.relax();
+        remesher.nudge_poor();
+    }
+    let quads = if settings.quads {
+        remesher.pair()
+    } else {
+        Vec::new()
+    };
+    let middles = remesher.middles();
+    let balls = remesher.straight_balls();
+    let (mesh, edits) = remesher.finish();
+    Meshed {
+        mesh,
+        quads,
+        middles,
+        balls,
+        edits,
+    }
+}
+
+/// A mesh being remeshed.
+struct Remesher<'a> {
+    complex: Complex,
+    vertices: Vec<MarkedVertex>,
+    /// Whether a vertex lies on a chord only.
+    chord: Vec<bool>,
+    /// Normal of the sheet at each vertex inside one, either way up; zero
+    /// elsewhere.
+    normals: Vec<DVec3>,
+    /// Target edge length at each vertex.
+    size: Vec<f64>,
+    lines: Lines,
+    /// The wall carried on to a vertex, once junctions are straight.
+    straight: Vec<Option<Support>>,
+    /// Whether lines stay where they are.
+    frozen: bool,
+    projector: &'a Projector<'a>,
+    sag: f64,
+    edits: Edits,
+}
+
+impl<'a> Remesher<'a> {
+    fn new(mesh: &MarkedMesh, projector: &'a Projector, settings: &Settings) -> Remesher<'a> {
+        let mut complex = Complex::new(mesh);
+        let angle = CORNER.to_radians();
+        for v in Lines::new(&complex, &mesh.vertices).corners(CORNER_WIDTH * settings.size, angle) {
+            complex.pin(v);
+        }
+        let lines = Lines::new(&complex, &mesh.vertices);
+        let size = sizes(&complex, &mesh.vertices, &lines, projector, settings);
+        let mut remesher = Remesher {
+            vertices: mesh.vertices.clone(),
+            normals: vec![DVec3::ZERO; mesh.vertices.len()],
+            chord: vec![false; mesh.vertices.len()],
+            straight: vec![None; mesh.vertices.len()],
+            frozen: false,
+            size,
+            lines,
+            complex,
+            projector,
+            sag: settings.sag,
+            edits: Edits::default(),
+        };
+        for v in 0..mesh.vertices.len() as u32 {
+            remesher.note_normal(v);
+        }
+        remesher
+    }
+
+    /// Keeps the normal of the sheet at a vertex that has a new place.
+    fn note_normal(&mut self, v: u32) {
+        let vertex = &self.vertices[v as usize];
+        if let Some(support) = self.support_of(v) {
+            self.normals[v as usize] = support.normal;
+            return;
+        }
+        self.normals[v as usize] = match vertex.walls.as_slice() {
+            &[a, b] if self.complex.rank(v) == Rank::Inner => {
+                self.projector.normal(vertex.at, a, b)
+            }
+            _ => DVec3::ZERO,
+        };
+    }
+
+    /// Whether a triangle lies along the sheet at each corner inside it. None
+    /// can turn over without standing upright on the way.
+    fn upright(&self, corners: [u32; 3], shape: &Shape) -> bool {
+        corners.iter().all(|&v| {
+            let normal = self.normals[v as usize];
+            normal == DVec3::ZERO || normal.dot(shape.normal).abs() >= LEANING
+        })
+    }
+
+    fn finish(mut self) -> (MarkedMesh, Edits) {
+        let used = |v: u32| !self.complex.around(v).is_empty();
+        let chords = (0..self.vertices.len()).filter(|&v| self.chord[v] && used(v as u32));
+        self.edits.chords = chords.count();
+        (self.complex.into_mesh(&self.vertices), self.edits)
+    }
+
+    fn length(&self, a: u32, b: u32) -> f64 {
+        self.complex.at(a).distance(self.complex.at(b))
+    }
+
+    /// Length of an edge against the one wanted there.
+    fn ratio(&self, a: u32, b: u32) -> f64 {
+        let wanted = 0.5 * (self.size[a as usize] + self.size[b as usize]);
+        self.length(a, b) / wanted
+    }
+
+    /// Puts a vertex to its new place.
+    fn settle(&mut self, v: u32, vertex: MarkedVertex, chord: bool) {
+        self.complex.put(v, vertex.at);
+        self.vertices[v as usize] = vertex;
+        self.chord[v as usize] = chord;
+        self.note_normal(v);
+    }
+
+    /// Whether a vertex moves along a line, and on which.
+    fn line_at(&self, v: u32) -> Option<(u32, [u32; 2])> {
+        if self.complex.rank(v) != Rank::Line {
+            return None;
+        }
+        let [a, b] = self.complex.line_through(v)?;
+        Some((self.lines.of_edge(v, a)?, [a, b]))
+    }
+
+    /// The point of a line at a place, and whether it is on a chord only.
+    fn line_point(&self, line: u32, place: f64) -> (MarkedVertex, bool) {
+        let course = self.lines.course(line);
+        course.point(place, self.projector)
+    }
+}

@@ -1,0 +1,200 @@
+//! Target edge lengths at the vertices of a mesh that is to be remeshed.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::complex::{Complex, Rank};
+use super::lines::Lines;
+use super::project::Projector;
+use super::remesh::Settings;
+use crate::surface::marked::MarkedVertex;
+
+/// Edges of a line span at most this share of its radius of curvature, so that
+/// a small hole stays an octagon.
+const ARC: f64 = 0.8;
+
+/// No target is below this share of the element size.
+const FLOOR: f64 = 0.02;
+
+/// The target edge length at every vertex: the element size, less where a wall
+/// or a line bends, where lines are short or close together, and growing away
+/// from such places by [`Settings::grading`].
+pub(super) fn sizes(
+    complex: &Complex,
+    vertices: &[MarkedVertex],
+    lines: &Lines,
+    projector: &Projector,
+    settings: &Settings,
+) -> Vec<f64> {
+    let mut size = vec![settings.size; vertices.len()];
+    let lower = |v: u32, to: f64, size: &mut Vec<f64>| {
+        let slot = &mut size[v as usize];
+        *slot = slot.min(to.max(FLOOR * settings.size));
+    };
+    let around = Neighbours::new(complex);
+    for v in 0..vertices.len() as u32 {
+        let bend = wall_bend(v, &around, complex, vertices, projector);
+        if bend > 0.0 {
+            lower(v, (8.0 * settings.sag / bend).sqrt(), &mut size);
+        }
+    }
+    for (v, bend) in lines.bends(complex, 0.5 * settings.size) {
+        lower(
+            v,
+            (8.0 * settings.sag / bend).sqrt().min(ARC / bend),
+            &mut size,
+        );
+    }
+    for course in lines.courses() {
+        if course.ends()[0] != course.ends()[1] {
+            for v in course.ends() {
+                lower(v, course.length(), &mut size);
+            }
+        }
+    }
+    for (v, gap) in gaps(complex, lines, &around, settings.size) {
+        lower(v, gap, &mut size);
+    }
+    grade(&mut size, &around, settings.grading);
+    size
+}
+
+/// Neighbours of each vertex over edges, with lengths.
+struct Neighbours {
+    first: Vec<usize>,
+    list: Vec<(u32, f64)>,
+}
+
+impl Neighbours {
+    fn new(complex: &Complex) -> Neighbours {
+        let edges = complex.edges();
+        let count = complex.vertex_count();
+        let mut first = vec![0; count + 1];
+        for &(a, b) in &edges {
+            first[a as usize + 1] += 1;
+            first[b as usize + 1] += 1;
+        }
+        for v in 0..count {
+            first[v + 1] += first[v];
+        }
+        let mut next = first.clone();
+        let mut list = vec![(0, 0.0); 2 * edges.len()];
+        for &(a, b) in &edges {
+            let length = complex.at(a).distance(complex.at(b));
+            for (v, w) in [(a, b), (b, a)] {
+                list[next[v as usize]] = (w, length);
+                next[v as usize] += 1;
+            }
+        }
+        Neighbours { first, list }
+    }
+
+    fn of(&self, v: u32) -> &[(u32, f64)] {
+        &self.list[self.first[v as usize]..self.first[v as usize + 1]]
+    }
+}
+
+/// Curvature of the walls at a vertex inside a sheet, as the turn of their
+/// normals by length; of the straighter wall, so that the dip of a sheet
+/// beside a seam, where one footpoint sits on an edge, counts for nothing.
+fn wall_bend(
+    v: u32,
+    around: &Neighbours,
+    complex: &Complex,
+    vertices: &[MarkedVertex],
+    projector: &Projector,
+) -> f64 {
+    if complex.rank(v) != Rank::Inner {
+        return 0.0;
+    }
+    let field = projector.walls().field();
+    let here = &vertices[v as usize];
+    let (mut turns, mut length) = ([0.0; 2], 0.0);
+    for &(w, way) in around.of(v) {
+        let there = &vertices[w as usize];
+        for (turn, &face) in turns.iter_mut().zip(&here.walls) {
+            let normal = field.normal(face);
+            let least = (there.walls.iter())
+                .map(|&f| normal.angle_between(field.normal(f)))
+                .filter(|a| a.is_finite())
+                .fold(std::f64::consts::PI, f64::min);
+            *turn += least;
+        }
+        length += way;
+    }
+    if length > 0.0 {
+        turns[0].min(turns[1]) / length
+    } else {
+        0.0
+    }
+}
+
+/// Distances across a sheet between two lines that have no corner in common,
+/// where they are less than `reach`, at the vertices between them.
+fn gaps(complex: &Complex, lines: &Lines, around: &Neighbours, reach: f64) -> Vec<(u32, f64)> {
+    const NONE: u32 = u32::MAX;
+    let count = complex.vertex_count();
+    let mut label = vec![NONE; count];
+    let mut distance = vec![f64::INFINITY; count];
+    let mut open: BinaryHeap<(Reverse<u64>, Reverse<u32>)> = BinaryHeap::new();
+    for ((a, b), _) in complex.line_edges() {
+        for v in [a, b] {
+            if complex.rank(v) == Rank::Line
+                && let Some(line) = lines.of_edge(a, b)
+            {
+                label[v as usize] = line;
+                distance[v as usize] = 0.0;
+                open.push((Reverse(0), Reverse(v)));
+            }
+        }
+    }
+    while let Some((Reverse(bits), Reverse(v))) = open.pop() {
+        let here = f64::from_bits(bits);
+        if here > distance[v as usize] || here > reach {
+            continue;
+        }
+        for &(w, way) in around.of(v) {
+            let there = here + way;
+            if complex.rank(w) == Rank::Inner && there < distance[w as usize] {
+                distance[w as usize] = there;
+                label[w as usize] = label[v as usize];
+                open.push((Reverse(there.to_bits()), Reverse(w)));
+            }
+        }
+    }
+    let apart = |s: u32, t: u32| {
+        let [p, q] = [s, t].map(|n| lines.course(n).ends());
+        s != t && p.iter().all(|v| !q.contains(v))
+    };
+    let mut found = Vec::new();
+    for v in 0..count as u32 {
+        for &(w, way) in around.of(v) {
+            let [s, t] = [v, w].map(|x| label[x as usize]);
+            let gap = distance[v as usize] + way + distance[w as usize];
+            if v < w && s != NONE && t != NONE && gap < reach && apart(s, t) {
+                found.extend([(v, gap), (w, gap)]);
+            }
+        }
+    }
+    found
+}
+
+/// Lets sizes grow by at most `grading` a unit of length.
+fn grade(size: &mut [f64], around: &Neighbours, grading: f64) {
+    let mut open: BinaryHeap<(Reverse<u64>, Reverse<u32>)> = (size.iter().enumerate())
+        .map(|(v, s)| (Reverse(s.to_bits()), Reverse(v as u32)))
+        .collect();
+    while let Some((Reverse(bits), Reverse(v))) = open.pop() {
+        let here = f64::from_bits(bits);
+        if here > size[v as usize] {
+            continue;
+        }
+        for &(w, way) in around.of(v) {
+            let most = here + grading * way;
+            if most < size[w as usize] {
+                size[w as usize] = most;
+                open.push((Reverse(most.to_bits()), Reverse(w)));
+            }
+        }
+    }
+}

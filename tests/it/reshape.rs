@@ -1,0 +1,170 @@
+//! Creases and remeshing: topology as traced, every vertex exact, good shapes.
+
+use glam::DVec3;
+use midsurf::CellSize;
+use midsurf::extract::{Extraction, Settings, extract};
+use midsurf::internals::field::Field;
+use midsurf::mesh::{Part, PartOptions, self_intersections};
+use midsurf::reshape::ElementSettings;
+use midsurf::surface::graph::Counts;
+use midsurf::surface::{MidSurface, segments};
+
+use crate::common::fixture_part;
+
+fn part(name: &str) -> Part {
+    let (mesh, coping) = fixture_part(name);
+    Part::new(mesh, coping, PartOptions::default()).unwrap().0
+}
+
+fn run(part: &Part, size: Option<CellSize>) -> Extraction {
+    let settings = Settings {
+        elements: size.map(ElementSettings::of_size),
+        ..Settings::default()
+    };
+    extract(part, &settings, &|_, _, _| ()).unwrap()
+}
+
+/// What must not change.
+fn topology(result: &Extraction) -> Counts {
+    Counts {
+        vertices: 0,
+        edges: 0,
+        triangles: 0,
+        creases: 0,
+        ..*result.graph.counts()
+    }
+}
+
+fn angles(surface: &MidSurface) -> Vec<f64> {
+    let mut all: Vec<f64> = (surface.triangles().iter())
+        .map(|t| {
+            let p = t.corners.map(|v| surface.position(v));
+            let at = |k: usize| (p[(k + 1) % 3] - p[k]).angle_between(p[(k + 2) % 3] - p[k]);
+            at(0).min(at(1)).min(at(2)).to_degrees()
+        })
+        .collect();
+    all.sort_by(f64::total_cmp);
+    all
+}
+
+/// Remeshes a fixture to some thicknesses and holds the result against the
+/// traced one and the part.
+fn check(name: &str, thicknesses: f64, least: f64) -> Extraction {
+    let part = part(name);
+    let traced = run(&part, None);
+    let result = run(&part, Some(CellSize::Thicknesses(thicknesses)));
+    let what = format!("{name} at {thicknesses} t");
+    assert_eq!(topology(&result), topology(&traced), "{what}");
+    assert_eq!(result.graph.cracks().len(), 0, "{what}");
+    let mesh = result.surface.mesh();
+    assert_eq!(self_intersections(&mesh), [], "{what}");
+    let worst = angles(&result.surface)[0];
+    assert!(worst >= least, "{what}: an angle of {worst}");
+    let field = Field::new(&part);
+    for vertex in result.surface.vertices() {
+        let nearest = field.footpoint(vertex.position).distance;
+        let off = (vertex.ball.radius - nearest).abs();
+        assert!(
+            off <= 1e-6 * nearest,
+            "{what}: {off} off at {}",
+            vertex.position
+        );
+    }
+    result
+}
+
+#[test]
+fn plates_tees_and_crosses_get_good_elements_of_any_size() {
+    for name in ["plate", "tee", "tee_rotated", "cross", "rib_grid"] {
+        for thicknesses in [1.0, 2.0, 5.0] {
+            check(name, thicknesses, 25.0);
+        }
+    }
+}
+
+#[test]
+fn curved_walls_are_followed_within_the_sag() {
+    // Radii of vertices are exact; edges run inside by the sag at most.
+    let part = part("cylinder_shell");
+    let elements = ElementSettings {
+        sag: CellSize::Thicknesses(0.05),
+        ..ElementSettings::of_size(CellSize::Thicknesses(5.0))
+    };
+    let settings = Settings {
+        elements: Some(elements),
+        ..Settings::default()
+    };
+    let result = extract(&part, &settings, &|_, _, _| ()).unwrap();
+    let t = result.surface.vertices()[0].ball.thickness;
+    let axis = |p: DVec3| p.truncate().length();
+    let radius = axis(result.surface.position(0));
+    for triangle in result.surface.triangles() {
+        let p = triangle.corners.map(|v| result.surface.position(v));
+        for k in 0..3 {
+            let middle = 0.5 * (p[k] + p[(k + 1) % 3]);
+            let sag = radius - axis(middle);
+            assert!(sag < 2.0 * 0.05 * t, "{sag} at {middle}");
+        }
+    }
+}
+
+#[test]
+fn plane_sheets_get_few_elements() {
+    let plate = run(&part("plate"), Some(CellSize::Thicknesses(5.0)));
+    let area = plate.graph.area();
+    let t = plate.surface.vertices()[0].ball.thickness;
+    let ideal = area / (0.433 * 25.0 * t * t);
+    let count = plate.surface.triangles().len() as f64;
+    assert!(count < 2.5 * ideal, "{count} against {ideal}");
+}
+
+#[test]
+fn the_bend_of_an_ell_is_a_chain_of_edges() {
+    // The branch point of the pruned fin: (2 - sqrt 2) t from both outer faces.
+    for size in [None, Some(CellSize::Thicknesses(2.0))] {
+        let result = run(&part("ell"), size);
+        let creases = result.surface.creases();
+        assert_eq!(creases.len(), 1);
+        assert!(!creases[0].closed);
+        let at = |v: &u32| result.surface.position(*v);
+        let points: Vec<DVec3> = creases[0].path.iter().map(at).collect();
+        let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
+        let straight = points[0].distance(points[points.len() - 1]);
+        assert!(
+            (length - straight).abs() < 1e-9 * length,
+            "{length} {straight}"
+        );
+        for v in &creases[0].path {
+            let feet = &result.surface.vertices()[*v as usize].ball.footpoints;
+            assert!(feet.len() >= 3, "{} has {} feet", at(v), feet.len());
+        }
+        let steps = segments(&creases[0].path, false).count();
+        assert!(steps >= 2);
+    }
+}
+
+#[test]
+fn bends_of_a_box_meet_in_its_corners() {
+    for thicknesses in [1.0, 5.0] {
+        let result = check("open_box", thicknesses, 15.0);
+        // Four upright edges and four at the floor.
+        assert_eq!(result.surface.creases().len(), 8);
+    }
+}
+
+#[test]
+fn remeshing_gives_the_same_bytes_on_any_number_of_threads() {
+    let part = part("tee_rotated");
+    let with = |threads: usize| {
+        let pool = rayon_pool(threads);
+        pool.install(|| run(&part, Some(CellSize::Thicknesses(2.0))).surface)
+    };
+    assert_eq!(with(1), with(3));
+}
+
+fn rayon_pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .unwrap()
+}
