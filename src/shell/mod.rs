@@ -27,6 +27,8 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 use smallvec::SmallVec;
 
+use crate::field::Field;
+use crate::mesh::{FaceId, Part};
 use crate::surface::edges::Edges;
 use crate::surface::{MidSurface, MidVertex};
 pub use properties::{SheetProperty, ThicknessClass};
@@ -211,6 +213,20 @@ impl ShellModel {
             leaning,
             guessed,
         }
+    }
+
+    /// Adds a set for every coping face of the part on which a border ends, and
+    /// names the walls on both sides of every sheet, as `coping` and `wall` tell
+    /// the names of the part's triangles.
+    pub fn name_faces(
+        &mut self,
+        part: &Part,
+        coping: &dyn Fn(FaceId) -> String,
+        wall: &(dyn Fn(FaceId) -> Option<String> + Sync),
+    ) {
+        let field = Field::new(part);
+        self.name_copings(&field, coping);
+        self.name_walls(&field, wall);
     }
 
     /// Numbers of the elements of each sheet, ascending.

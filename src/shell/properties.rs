@@ -96,7 +96,11 @@ pub(super) fn of(
 impl ShellModel {
     /// Names the walls on both sides of every sheet: the part's faces that
     /// hold the footpoints of its nodes, as `name` tells them.
-    pub fn name_walls(&mut self, field: &Field, name: &(dyn Fn(FaceId) -> Option<String> + Sync)) {
+    pub(super) fn name_walls(
+        &mut self,
+        field: &Field,
+        name: &(dyn Fn(FaceId) -> Option<String> + Sync),
+    ) {
         let named = |foot: DVec3| name(field.footpoint(foot).face);
         let names: Vec<Option<[Option<String>; 2]>> = (self.nodes.par_iter())
             .map(|node| node.feet.map(|feet| feet.map(named)))

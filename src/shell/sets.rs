@@ -121,7 +121,7 @@ impl ShellModel {
     ///
     /// Sets come in order of their names; names that differ only in signs that
     /// no set may hold fall together.
-    pub fn name_copings(&mut self, field: &Field, name: &dyn Fn(FaceId) -> String) {
+    pub(super) fn name_copings(&mut self, field: &Field, name: &dyn Fn(FaceId) -> String) {
         let borders = self
             .lines
             .iter()

@@ -3,7 +3,9 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
+use super::mass::MassProperties;
 use super::*;
+use crate::mesh::TriMesh;
 use crate::surface::Ball;
 use crate::surface::build::build;
 use crate::surface::marked::{Line, MarkedMesh};
@@ -182,6 +184,43 @@ fn normals_turn_smoothly_along_an_arc() {
             // At the ends the average is one-sided, by less than the reach.
             assert!(
                 model.normals[normal as usize].angle_between(exact) < 0.5 * 0.75 * 0.2 / radius
+            );
+        }
+    }
+}
+
+#[test]
+fn mass_of_a_plate_is_that_of_the_block() {
+    let [a, b, t] = [4.0, 2.0, 0.3];
+    let model = model(&plate(t), Order::Quadratic, Vec::new());
+    let shell = MassProperties::of_shell(&model);
+    let mut block = TriMesh::default();
+    for z in [-0.5 * t, 0.5 * t] {
+        for (x, y) in [(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)] {
+            block.positions.push(DVec3::new(x, y, z));
+        }
+    }
+    for [i, j, k, l] in [
+        [0, 3, 2, 1],
+        [4, 5, 6, 7],
+        [0, 1, 5, 4],
+        [1, 2, 6, 5],
+        [2, 3, 7, 6],
+        [3, 0, 4, 7],
+    ] {
+        block.triangles.extend([[i, j, k], [i, k, l]]);
+    }
+    let solid = MassProperties::of_solid(&block);
+    let volume = a * b * t;
+    let exact = [b * b + t * t, a * a + t * t, a * a + b * b].map(|s| volume / 12.0 * s);
+    for mass in [shell, solid] {
+        assert!((mass.volume - volume).abs() < 1e-12);
+        assert!(mass.centre.distance(DVec3::new(2.0, 1.0, 0.0)) < 1e-12);
+        for (k, &figure) in mass.inertia.iter().enumerate() {
+            let expected = exact.get(k).copied().unwrap_or(0.0);
+            assert!(
+                (figure - expected).abs() < 1e-12,
+                "{k}: {figure}, not {expected}"
             );
         }
     }

@@ -186,7 +186,7 @@ fn extract_writes_models_that_check_passes() {
     let loaded = midsurf::io::read_mesh(desk.path("t.msh")).unwrap();
     let mut moved = loaded.mesh;
     moved.positions.iter_mut().for_each(|p| p.z += 0.66);
-    desk.put("moved.obj", &crate::common::obj_text(&moved));
+    desk.put("moved.obj", crate::common::obj_text(&moved));
     let check = [
         "check",
         part,
@@ -210,7 +210,7 @@ fn extract_writes_models_that_check_passes() {
     assert_eq!(run.status.code(), Some(2), "{run:?}");
     // A model of another part, in another place.
     moved.positions.iter_mut().for_each(|p| *p *= 1000.0);
-    desk.put("far.obj", &crate::common::obj_text(&moved));
+    desk.put("far.obj", crate::common::obj_text(&moved));
     let run = desk.run(&["check", part, "far.obj", "--json", "c.json"]);
     assert_eq!(run.status.code(), Some(2), "{run:?}");
     assert!(!desk.path("c.json").exists());

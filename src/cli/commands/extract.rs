@@ -144,9 +144,13 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 
     progress.show("writing", 0, 0);
     let mut staged = stage_outputs(&args, &input, &result)?;
-    let (models, model) =
-        args.shell
-            .stage(&input, &result.surface, &Faces::default(), &args.output)?;
+    let faces = Faces {
+        quads: result.quads.clone(),
+        middles: result.middles.iter().copied().collect(),
+    };
+    let (models, model) = args
+        .shell
+        .stage(&input, &result.surface, &faces, &args.output)?;
     staged.extend(models);
     let seconds = Seconds {
         read,

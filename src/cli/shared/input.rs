@@ -27,8 +27,6 @@ pub(crate) struct Input {
     pub(crate) geometry: String,
     pub(crate) facets: usize,
     pub(crate) names: FacetNames,
-    /// Facet of the file that each triangle comes from.
-    source: Vec<u32>,
     pub(crate) rules: Vec<RuleResult>,
     pub(crate) detection: Option<Detection>,
     /// Facet of the file that each triangle comes from.
@@ -120,7 +118,6 @@ impl Input {
             geometry,
             facets: loaded.names.len(),
             names: loaded.names,
-            source: loaded.source,
             rules: coping.rules,
             detection: coping.detection,
             source: loaded.source,

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use midsurf::field::Field;
 use midsurf::io::write::{Dialect, ShellFormat, ShellOptions, Staged, Template, stage_shell};
 use midsurf::mesh::FaceId;
 use midsurf::shell::mass::MassProperties;
@@ -142,10 +141,10 @@ impl ShellArgs {
             thickness_tolerance: self.thickness_tolerance,
         };
         let mut model = ShellModel::of(surface, faces, &settings);
-        let field = Field::new(&input.part);
         let names = Names::of(input);
-        model.name_copings(&field, &|face| names.coping(face));
-        model.name_walls(&field, &|face| names.wall(face));
+        model.name_faces(&input.part, &|face| names.coping(face), &|face| {
+            names.wall(face)
+        });
         if self.placement != model.placement {
             model.place(self.placement);
         }
