@@ -34,6 +34,18 @@
 //! its mid-surface, back to a solid, and says how far that is off. `view`, a
 //! feature, is a page in the browser to look, tag and extract.
 //!
+//! * [`check`]: what a result fails to do, held against the part.
+//! * [`dual_contour`]: a solid given by a function, as a mesh without
+//!   self-intersections; what the next three share.
+//! * [`offset`]: closed parts grown, shrunk and hollowed.
+//! * [`thicken`]: solids of surfaces, on one side.
+//! * [`rethicken`]: solids of mid-surfaces with a ball at every vertex.
+//! * [`roundtrip`]: part to mid-surface to solid, and how far that is off.
+//! * [`shell`]: the mid-surface as a model that solvers take.
+//! * [`subdivide`]: hollow solids from Catmull-Clark control meshes.
+//! * `view`, a feature: a page in the browser to look, tag and extract.
+//! * [`settings`]: what all of these are told, and how they tell where they are
+//!   and refuse what would not fit.
 //! # Who may use whom
 //!
 //! ```text
@@ -74,6 +86,7 @@ pub mod reshape;
 pub mod rethicken;
 pub mod roundtrip;
 pub mod settings;
+pub mod shell;
 pub mod subdivide;
 pub mod surface;
 pub mod thicken;

@@ -1,3 +1,14 @@
 //! What a result fails to do, held against the part.
+//!
+//! * [`Check`]: a mid-surface of any origin, measured against its part.
+//! * [`closed_over`]: coping faces that no border reached.
 
+mod against_part;
+mod ball;
 pub mod closed_over;
+mod measures;
+#[cfg(test)]
+mod tests;
+
+pub use against_part::{Check, Limits};
+pub use measures::{Defect, LEAST_ANGLE, Measure, Outcome};

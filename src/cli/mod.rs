@@ -17,7 +17,8 @@ use miette::MietteHandlerOpts;
 use shared::memory::Bytes;
 
 use commands::{
-    completions, extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags, thicken,
+    check, completions, extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags,
+    thicken,
 };
 
 /// Exit code after SIGINT or SIGTERM, or Ctrl-C.
@@ -54,6 +55,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Extract(extract::Args),
+    Check(check::Args),
     Info(info::Args),
     Subdivide(subdivide::Args),
     Tags(tags::Args),
@@ -93,6 +95,7 @@ pub fn run() -> ExitCode {
     limit_input(cli.max_input.0);
     let outcome = match cli.command {
         Command::Extract(args) => extract::run(args),
+        Command::Check(args) => check::run(args),
         Command::Info(args) => info::run(args),
         Command::Subdivide(args) => subdivide::run(args),
         Command::Tags(args) => tags::run(args),

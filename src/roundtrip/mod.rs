@@ -8,7 +8,7 @@
 mod deviation;
 mod overlap;
 mod pruned;
-mod samples;
+pub(crate) mod samples;
 
 use glam::DVec3;
 use miette::Diagnostic;

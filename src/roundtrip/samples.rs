@@ -10,7 +10,7 @@ const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
 /// `count` points, as many by area everywhere, with their triangles; always
 /// the same ones.
-pub(super) fn spread(mesh: &TriMesh, count: usize) -> Vec<(FaceId, DVec3)> {
+pub(crate) fn spread(mesh: &TriMesh, count: usize) -> Vec<(FaceId, DVec3)> {
     let mut sum = 0.0;
     let reached: Vec<f64> = mesh
         .faces()

@@ -4,11 +4,11 @@ use rayon::slice::ParallelSliceMut;
 use rustc_hash::FxHashMap;
 
 /// All edges, in ascending order of their vertices.
-pub(super) struct Edges {
+pub(crate) struct Edges {
     /// Vertices, lower first.
-    pub(super) ends: Vec<[u32; 2]>,
+    pub(crate) ends: Vec<[u32; 2]>,
     /// Edge `k` of a face runs from its corner `k` to its corner `k + 1`.
-    pub(super) of_face: Vec<[u32; 3]>,
+    pub(crate) of_face: Vec<[u32; 3]>,
     /// Uses of edge `e`: `uses[first[e]..first[e + 1]]`.
     first: Vec<u32>,
     /// `3 * face + k`, ascending within an edge.
@@ -17,7 +17,7 @@ pub(super) struct Edges {
 
 impl Edges {
     /// Edges of triangles without repeated corners.
-    pub(super) fn new(triangles: &[[u32; 3]]) -> Edges {
+    pub(crate) fn new(triangles: &[[u32; 3]]) -> Edges {
         let mut all: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * triangles.len());
         for (t, c) in triangles.iter().enumerate() {
             for k in 0..3 {
@@ -46,22 +46,22 @@ impl Edges {
     }
 
     /// Number of edges.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.ends.len()
     }
 
     /// The edge between two vertices.
-    pub(super) fn find(&self, a: u32, b: u32) -> Option<usize> {
+    pub(crate) fn find(&self, a: u32, b: u32) -> Option<usize> {
         self.ends.binary_search(&[a.min(b), a.max(b)]).ok()
     }
 
     /// Uses of an edge as `3 * face + k`.
-    pub(super) fn uses(&self, edge: usize) -> &[u32] {
+    pub(crate) fn uses(&self, edge: usize) -> &[u32] {
         &self.uses[self.first[edge] as usize..self.first[edge + 1] as usize]
     }
 
     /// The two faces of an edge that has exactly two.
-    pub(super) fn pair(&self, edge: usize) -> Option<[u32; 2]> {
+    pub(crate) fn pair(&self, edge: usize) -> Option<[u32; 2]> {
         match self.uses(edge) {
             &[a, b] => Some([a / 3, b / 3]),
             _ => None,
@@ -70,13 +70,13 @@ impl Edges {
 }
 
 /// A chain of edges.
-pub(super) struct Chain {
+pub(crate) struct Chain {
     /// Vertices in order; a closed chain does not repeat its first.
-    pub(super) path: Vec<u32>,
+    pub(crate) path: Vec<u32>,
     /// Whether the last vertex is joined to the first.
-    pub(super) closed: bool,
+    pub(crate) closed: bool,
     /// Class of its edges.
-    pub(super) class: u32,
+    pub(crate) class: u32,
 }
 
 /// Chains edges of equal class; `edges` in ascending order.
@@ -85,7 +85,7 @@ pub(super) struct Chain {
 /// of one class, and which is not in `stops`. Open chains come first, each
 /// from the end with the lower vertex, in order of that end; then loops from
 /// their lowest vertex towards its lower neighbour.
-pub(super) fn chains(edges: &[([u32; 2], u32)], stops: &dyn Fn(u32) -> bool) -> Vec<Chain> {
+pub(crate) fn chains(edges: &[([u32; 2], u32)], stops: &dyn Fn(u32) -> bool) -> Vec<Chain> {
     let mut at: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
     for (n, (ends, _)) in edges.iter().enumerate() {
         for v in ends {

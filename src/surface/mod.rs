@@ -9,7 +9,7 @@
 //! * [`listing`], [`quality`]: what to say of it.
 
 pub mod build;
-mod edges;
+pub(crate) mod edges;
 pub mod graph;
 pub mod listing;
 pub mod marked;

@@ -22,6 +22,7 @@ mod readme;
 mod reports;
 mod reshape;
 mod rethicken;
+mod shell;
 mod snapshots;
 mod subdivide;
 mod tags;

@@ -6,9 +6,10 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::extract::{DEFAULT_ANGLE, Extraction, Settings, extract};
-use midsurf::io::write::{Staged, SurfaceOptions, files_for, stage, stage_surface};
+use midsurf::io::write::{ShellFormat, Staged, SurfaceOptions, files_for, stage, stage_surface};
 use midsurf::mesh::PartOptions;
 use midsurf::settings::cell::CellSize;
+use midsurf::shell::Faces;
 use midsurf::surface::listing::listing;
 
 use super::extract_report::{Report, Seconds};
@@ -20,6 +21,7 @@ use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::{angle, figure, positive};
 use crate::cli::shared::run::RunArgs;
+use crate::cli::shared::shell::ShellArgs;
 use midsurf::io::quote::{shown, shown_path};
 
 const EXAMPLES: &str = "\
@@ -27,11 +29,13 @@ Examples:
   midsurf extract bracket.obj --coping bracket.coping.txt -o mid.obj
   midsurf extract part.stl --coping part.toml --cell 0.5t -o mid.vtu -o mid.ply
   midsurf extract part.obj --coping part.coping.txt --cell 1.0 -o mid.obj --json report.json
+  midsurf extract part.obj --coping part.coping.txt -o part.inp --template cantilever
 
 The suffix of -o tells the format: .obj (one group a sheet, with NAME.thickness.csv
 beside it), .ply and .vtu (with thickness), .stl, .html (a page to look at part and
-mid-surface in any browser, in one file). Without -o only the summary is
-printed.
+mid-surface in any browser, in one file); .inp (CalculiX, Abaqus), .bdf (Nastran),
+.msh (Gmsh) and .glb: shell models, with sets for sheets, seams, borders and coping
+faces. Without -o only the summary is printed.
 
 A sheet ends where the angle between its two footpoints falls below --angle: a
 web a quarter as thick as the wall that it stands on still has 28 degrees there.
@@ -98,6 +102,8 @@ pub(crate) struct Args {
     #[arg(long)]
     pub(crate) obj_lines: bool,
     #[command(flatten)]
+    shell: ShellArgs,
+    #[command(flatten)]
     run: RunArgs,
     /// Print more; twice for all
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
@@ -137,14 +143,25 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
 
     progress.show("writing", 0, 0);
-    let staged = stage_outputs(&args, &input, &result)?;
+    let mut staged = stage_outputs(&args, &input, &result)?;
+    let faces = Faces {
+        quads: result.quads.clone(),
+        middles: result.middles.iter().copied().collect(),
+    };
+    let (models, model) = args
+        .shell
+        .stage(&input, &result.surface, &faces, &args.output)?;
+    staged.extend(models);
     let seconds = Seconds {
         read,
         write: start.elapsed().as_secs_f64() - read - Seconds::of_work(&result.work),
         total: start.elapsed().as_secs_f64(),
     };
     let report = Report::new(&input, &result, seconds);
-    let report_json = report.json(&args, &input, &result);
+    let mut report_json = report.json(&args, &input, &result);
+    if let Some(model) = model {
+        report_json["shell"] = model;
+    }
     args.run.finish(staged, &report_json)?;
     drop(progress);
     if args.list {
@@ -227,7 +244,7 @@ fn stage_outputs(args: &Args, input: &Input, result: &Extraction) -> Result<Vec<
         if is_page(file) {
             let write = |out: &mut dyn Write| write_page(input, result, out);
             staged.push(stage(file, write).map_err(Failure::output)?);
-        } else {
+        } else if ShellFormat::of(file).is_none() {
             staged.extend(stage_surface(&result.surface, file, options).map_err(Failure::output)?);
         }
     }

@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub(crate) mod check;
 mod closed_part;
 pub(crate) mod completions;
 pub(crate) mod detect;

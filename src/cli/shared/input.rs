@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use midsurf::coping::{Coping, Detection, RuleResult, geometry_checksum, read_tags};
 use midsurf::io::{FacetNames, LoadedMesh, ReadWarning, read_mesh};
-use midsurf::mesh::{Part, PartError, PartOptions};
+use midsurf::mesh::{FaceId, Part, PartError, PartOptions};
 use serde::Serialize;
 
 use super::console::say;
@@ -126,6 +126,14 @@ impl Input {
             part,
             warnings,
         })
+    }
+}
+
+impl Input {
+    /// First name that the file gives a triangle.
+    pub(crate) fn name_of(&self, face: FaceId) -> Option<&str> {
+        let facet = *self.source.get(face.index())?;
+        self.names.of(facet).all().next()
     }
 }
 

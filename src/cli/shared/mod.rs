@@ -12,4 +12,5 @@ pub(crate) mod pool;
 pub(crate) mod progress;
 pub(crate) mod report;
 pub(crate) mod run;
+pub(crate) mod shell;
 pub(crate) mod solid;

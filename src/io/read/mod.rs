@@ -24,7 +24,7 @@ pub(crate) use bytes::read_bytes;
 pub use bytes::{MAX_INPUT, limit_input};
 pub use control::{ControlMesh, read_control, read_control_bytes};
 pub use loaded::{LoadedMesh, PlyValues, ReadWarning};
-pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_surface};
+pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_any_surface, read_surface};
 
 use super::error::{Located, Place, Problem, ReadError};
 use super::text::{self, hex};

@@ -8,12 +8,13 @@ use smallvec::SmallVec;
 use thiserror::Error;
 
 use super::read_bytes;
-use super::{LoadedMesh, ReadWarning, read_mesh};
+use super::{LoadedMesh, MeshFormat, ReadWarning, read_mesh};
 use crate::io::Place;
 use crate::io::error::ReadError;
 use crate::io::quote::{bounded, shown_path};
 use crate::io::text::{Lines, decode, excerpt};
 use crate::io::write::{thickness_file, vertex_code};
+use crate::mesh::weld_exact;
 use crate::surface::build::build;
 use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
 use crate::surface::{Ball, MidSurface, VertexKind};
@@ -166,6 +167,31 @@ pub fn read_surface(file: &Path, table: Option<&Path>) -> Result<LoadedSurface, 
         sha256: loaded.sha256,
         warnings: loaded.warnings,
     })
+}
+
+/// A mid-surface of any mesh file, and whether it tells a thickness; without
+/// one its balls are empty. Vertices of an STL are joined where they are equal.
+///
+/// # Errors
+///
+/// As [`read_surface`], but for a missing thickness.
+pub fn read_any_surface(file: &Path) -> Result<(MidSurface, bool), SurfaceReadError> {
+    match read_surface(file, None) {
+        Err(SurfaceReadError::NoThickness { .. }) => {}
+        read => return read.map(|loaded| (loaded.surface, true)),
+    }
+    let mut loaded = read_mesh(file)?;
+    if MeshFormat::of(file) == Some(MeshFormat::Stl) {
+        let mesh = &mut loaded.mesh;
+        let weld = weld_exact(&mesh.positions);
+        let corners = mesh.triangles.iter_mut().flatten();
+        corners.for_each(|v| *v = weld.new_index[*v as usize]);
+        mesh.positions = (weld.kept.iter())
+            .map(|&v| mesh.positions[v as usize])
+            .collect();
+    }
+    let balls = vec![Ball::default(); loaded.mesh.positions.len()];
+    Ok((build(&marked(&loaded), balls), false))
 }
 
 /// The mesh with what its file says of edges. A file that gives no edges marks

@@ -1,17 +1,26 @@
-//! Mid-surface writers, one file a format, and those of solids.
+//! Writers of mid-surfaces, of shell models and of solids, one file a format.
 //!
 //! Numbers are written so that reading them gives the same f64 back, except
-//! in STL, which holds single precision. Files appear complete or not at all.
+//! in STL and GLB, which hold single precision, and in BDF, whose fields are
+//! short. Files appear complete or not at all.
 
+mod bdf;
 mod csv;
+mod fields;
+mod glb;
+mod inp;
+mod msh;
 mod obj;
 mod painted;
 mod picture;
 mod ply;
+mod real;
 mod scalar;
+mod shell;
 mod solid;
 mod stage;
 mod stl;
+mod template;
 mod vtu;
 
 use std::io::{self, Write};
@@ -23,11 +32,15 @@ use thiserror::Error;
 
 use crate::io::quote::shown_path;
 
+pub use fields::{Figures, stage_fields};
+pub use inp::Dialect;
 pub use painted::stage_deviation;
 pub use picture::stage_picture;
 pub use scalar::{Scalars, stage_scalars};
+pub use shell::{ShellFormat, ShellOptions, stage_shell, write_shell};
 pub use solid::{Shade, SolidFormat, stage_solid, write_solid};
 pub use stage::{Staged, abandon, check_target, stage};
+pub use template::Template;
 
 use crate::surface::{BorderKind, MidSurface, VertexKind};
 
@@ -132,7 +145,7 @@ impl SurfaceFormat {
             Some("stl") => Ok(SurfaceFormat::Stl),
             _ => Err(WriteError::UnknownFormat {
                 file: file.to_owned(),
-                known: ".obj, .ply, .vtu or .stl",
+                known: ".obj, .ply, .vtu, .stl, .inp, .bdf, .msh or .glb",
             }),
         }
     }
@@ -205,6 +218,9 @@ pub fn thickness_file(obj: &Path) -> PathBuf {
 /// [`WriteError::UnknownFormat`].
 pub fn files_for(file: &Path) -> Result<Vec<PathBuf>, WriteError> {
     let mut files = vec![file.to_owned()];
+    if ShellFormat::of(file).is_some() {
+        return Ok(files);
+    }
     if SurfaceFormat::of(file)? == SurfaceFormat::Obj {
         files.push(thickness_file(file));
     }

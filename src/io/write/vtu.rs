@@ -21,7 +21,7 @@ use crate::surface::{MidSurface, VertexKind, segments};
 /// VTK's number for a two-node line.
 const VTK_LINE: u8 = 3;
 /// VTK's number for a triangle.
-const VTK_TRIANGLE: u8 = 5;
+pub(super) const VTK_TRIANGLE: u8 = 5;
 
 /// Cell arrays, filled cell by cell.
 #[derive(Default)]
@@ -120,7 +120,7 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
     writeln!(out, "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
 }
 
-fn array(
+pub(super) fn array(
     out: &mut dyn Write,
     data_type: &str,
     name: &str,
