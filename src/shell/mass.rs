@@ -20,7 +20,6 @@ pub struct MassProperties {
 }
 
 /// Sums of 1, x and x x^T over a body, about an origin of the caller's.
-#[derive(Default)]
 struct Moments {
     zeroth: f64,
     first: DVec3,
@@ -32,6 +31,13 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
 }
 
 impl Moments {
+    /// Of nothing. (The default of a matrix is the identity.)
+    const ZERO: Moments = Moments {
+        zeroth: 0.0,
+        first: DVec3::ZERO,
+        second: DMat3::ZERO,
+    };
+
     fn about(self, origin: DVec3) -> MassProperties {
         if self.zeroth == 0.0 {
             return MassProperties::default();
@@ -58,7 +64,7 @@ impl MassProperties {
     /// Of the space that a closed mesh encloses.
     pub fn of_solid(mesh: &TriMesh) -> MassProperties {
         let origin = mesh.bounds().center();
-        let mut sum = Moments::default();
+        let mut sum = Moments::ZERO;
         for face in mesh.faces() {
             let [a, b, c] = mesh.corners(face).map(|p| p - origin);
             let volume = a.dot(b.cross(c)) / 6.0;
@@ -76,7 +82,7 @@ impl MassProperties {
     /// sides of its mid-plane.
     pub fn of_shell(model: &ShellModel) -> MassProperties {
         let origin = model.nodes.first().map_or(DVec3::ZERO, |n| n.position);
-        let mut sum = Moments::default();
+        let mut sum = Moments::ZERO;
         for element in &model.elements {
             let at = |k: usize| &model.nodes[element.nodes[k] as usize];
             for k in 1..element.sides() - 1 {
