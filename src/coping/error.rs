@@ -1,18 +1,15 @@
 //! Why a tag file could not be used: where, what, and what to do.
 
 use std::fmt;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 use thiserror::Error;
 
 use super::excerpt::Excerpt;
+pub(super) use super::excerpt::Span;
 use crate::io::Problem;
 use crate::io::quote::{bounded, quoted, shown, shown_path};
-
-/// Bytes of the tag file's text.
-pub(super) type Span = Range<usize>;
 
 /// A problem and the text it is about.
 pub(super) type Located = (Span, TagProblem);

@@ -1,11 +1,14 @@
 //! The line of a tag file that an error is about, as it may be shown.
 
+use std::ops::Range;
 use std::path::Path;
 
 use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
-use super::error::Span;
 use crate::io::quote::{fitted, shown_path};
+
+/// Bytes of the tag file's text.
+pub(super) type Span = Range<usize>;
 
 /// Most bytes of each of the three pieces of a line: before the place, the
 /// place, and after it.

@@ -7,7 +7,7 @@ use super::error::{PartError, PartWarning};
 use super::orient::{make_consistent, make_outward, report};
 use super::shells::turn_by_nesting;
 use super::stitch::close_t_junctions;
-use super::weld::{Weld, weld_exact, weld_within};
+use super::weld::{drop_unused, weld_exact, weld_within};
 use super::{Bounds, FaceId, Part, TriMesh};
 
 /// Diagonals outside this range overflow or vanish in products of four lengths.
@@ -141,23 +141,6 @@ fn check_numbers(mesh: &TriMesh) -> Result<(), PartError> {
         }
     }
     Ok(())
-}
-
-pub(super) fn drop_unused(mesh: TriMesh) -> TriMesh {
-    let mut used = vec![false; mesh.positions.len()];
-    for &v in mesh.triangles.iter().flatten() {
-        used[v as usize] = true;
-    }
-    if used.iter().all(|&used| used) {
-        return mesh;
-    }
-    let mut new_index = vec![u32::MAX; used.len()];
-    let mut kept = Vec::new();
-    for (old, _) in used.iter().enumerate().filter(|(_, used)| **used) {
-        new_index[old] = kept.len() as u32;
-        kept.push(old as u32);
-    }
-    Weld { new_index, kept }.apply(&mesh)
 }
 
 fn check_size(mesh: &TriMesh) -> Result<Vec<PartWarning>, PartError> {

@@ -187,7 +187,7 @@ impl Part {
             triangles: faces.iter().map(|&f| self.mesh.triangles[f]).collect(),
         };
         Some(Part {
-            mesh: super::checks::drop_unused(mesh),
+            mesh: super::weld::drop_unused(mesh),
             coping: faces.iter().map(|&f| self.coping[f]).collect(),
             closed: self.closed,
         })

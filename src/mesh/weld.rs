@@ -108,6 +108,24 @@ pub fn weld_within(positions: &[DVec3], tolerance: f64) -> Weld {
     weld
 }
 
+/// The mesh without the vertices that no triangle uses.
+pub(super) fn drop_unused(mesh: TriMesh) -> TriMesh {
+    let mut used = vec![false; mesh.positions.len()];
+    for &v in mesh.triangles.iter().flatten() {
+        used[v as usize] = true;
+    }
+    if used.iter().all(|&used| used) {
+        return mesh;
+    }
+    let mut new_index = vec![u32::MAX; used.len()];
+    let mut kept = Vec::new();
+    for (old, _) in used.iter().enumerate().filter(|(_, used)| **used) {
+        new_index[old] = kept.len() as u32;
+        kept.push(old as u32);
+    }
+    Weld { new_index, kept }.apply(&mesh)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,13 +1,49 @@
 //! Target edge lengths at the vertices of a mesh that is to be remeshed.
 
+use serde::Serialize;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::complex::{Complex, Rank};
 use super::lines::Lines;
 use super::project::Projector;
-use super::remesh::Settings;
 use crate::surface::marked::MarkedVertex;
+
+/// How fine, and how true to the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Edge length wanted, part units.
+    pub size: f64,
+    /// How far edges may run beside a curved wall or line, part units.
+    pub sag: f64,
+    /// Growth of edges away from fine places, by length.
+    pub grading: f64,
+    /// Whether to pair triangles to quadrilaterals.
+    pub quads: bool,
+    /// How sheets run where they meet.
+    pub junctions: Junctions,
+}
+
+/// How sheets run where they meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Junctions {
+    /// Equally far from the nearest walls: dipping towards seams and bends.
+    #[default]
+    Medial,
+    /// In the middle of their own walls up to where they meet.
+    Straight,
+}
+
+impl Settings {
+    /// Default of [`Settings::grading`]: edges grow by two fifths from one to the next.
+    pub const GRADING: f64 = 0.4;
+
+    /// Default of [`Settings::sag`], in wall thicknesses: a little more than
+    /// the eighth of a thickness by which a sheet dips towards a seam, which
+    /// is not to be resolved.
+    pub const SAG: f64 = 0.15;
+}
 
 /// Edges of a line span at most this share of its radius of curvature, so that
 /// a small hole stays an octagon.

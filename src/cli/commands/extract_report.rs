@@ -10,7 +10,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::detect::detection_json;
-use super::extract::Args;
+use super::extract_args::Args;
 use super::missed::missed_tags;
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};

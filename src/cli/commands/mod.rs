@@ -6,6 +6,7 @@ pub(crate) mod completions;
 pub(crate) mod detect;
 pub(crate) mod explain;
 pub(crate) mod extract;
+mod extract_args;
 mod extract_report;
 pub(crate) mod hollow;
 pub(crate) mod info;

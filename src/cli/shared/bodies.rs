@@ -4,8 +4,8 @@ use midsurf::mesh::{Part, TriMesh, closed_shells, self_intersections};
 use midsurf::offset::Void;
 
 use crate::cli::shared::console::say;
-use crate::cli::shared::input::Warning;
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::warning::Warning;
 
 /// The result's shells, and whether it is a solid at all.
 pub(crate) struct Bodies {

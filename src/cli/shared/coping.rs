@@ -7,9 +7,9 @@ use midsurf::coping::detect::{Detection, Verdict};
 use midsurf::coping::{Sliver, ranges};
 use serde::{Serialize, Serializer};
 
-use super::input::Warning;
 use super::numbers::figure;
 use super::report::named;
+use super::warning::Warning;
 use midsurf::io::quote::shown_path;
 
 /// Questions that a command lists before the list is cut short.

@@ -5,21 +5,13 @@ use std::path::{Path, PathBuf};
 use midsurf::coping::{Coping, Detection, RuleResult, geometry_checksum, read_tags};
 use midsurf::io::{FacetNames, LoadedMesh, ReadWarning, read_mesh};
 use midsurf::mesh::{FaceId, Part, PartError, PartOptions};
-use serde::Serialize;
 
 use super::console::say;
 use super::coping::{CopingSource, detection_warnings, sliver_words};
 use super::failure::{Failure, place_of};
 use super::memory::check_input;
+pub(crate) use super::warning::Warning;
 use midsurf::io::quote::shown_path;
-
-/// A warning for stderr and for reports.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Warning {
-    /// Stable.
-    pub(crate) code: &'static str,
-    pub(crate) message: String,
-}
 
 /// A checked part, and what is worth knowing of its files.
 pub(crate) struct Input {

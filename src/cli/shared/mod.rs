@@ -14,3 +14,4 @@ pub(crate) mod report;
 pub(crate) mod run;
 pub(crate) mod shell;
 pub(crate) mod solid;
+pub(crate) mod warning;

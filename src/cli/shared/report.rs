@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::input::Warning;
 use super::memory::peak;
+use super::warning::Warning;
 
 /// Version of the report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;

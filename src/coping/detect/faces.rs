@@ -2,16 +2,12 @@
 //! a convex round, or a fillet.
 
 use super::probes::Probe;
-use super::samples::Sample;
+use super::samples::{SMOOTH, Sample};
 use super::surface::Surface;
 use crate::mesh::sets::Sets;
 
 /// Edges that bend by less lie in one plane, degrees.
 const PLANE: f64 = 1.0;
-
-/// Edges that bend by less do not bound a face, where both sides are of one
-/// kind, degrees: sixteen facets a turn.
-pub(super) const SMOOTH: f64 = 22.0;
 
 /// Edges that bend by more bound every face, degrees; below, neighbours pull
 /// at each other.

@@ -8,9 +8,10 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
 
-use super::faces::{CREASE, Faces, SMOOTH};
+use super::faces::{CREASE, Faces};
 use super::measures::Measures;
 use super::probes::{Across, LEAN, Probe, far};
+use super::samples::SMOOTH;
 use super::samples::Sample;
 use super::surface::Surface;
 

@@ -2,9 +2,12 @@
 
 use glam::DVec3;
 
-use super::faces::SMOOTH;
 use super::surface::Surface;
 use crate::mesh::sets::Sets;
+
+/// Edges that bend by less do not bound a face, where both sides are of one
+/// kind, degrees: sixteen facets a turn.
+pub(super) const SMOOTH: f64 = 22.0;
 
 /// Points that a smooth face gets at least, however small: enough to average
 /// over its ends and corners.

@@ -33,35 +33,10 @@ use super::lines::Lines;
 use super::project::Projector;
 use super::shape::Shape;
 use super::size::sizes;
+pub use super::size::{Junctions, Settings};
 use crate::surface::Ball;
 use crate::surface::marked::{MarkedMesh, MarkedVertex};
 use straight::Support;
-
-/// How fine, and how true to the surface.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Settings {
-    /// Edge length wanted, part units.
-    pub size: f64,
-    /// How far edges may run beside a curved wall or line, part units.
-    pub sag: f64,
-    /// Growth of edges away from fine places, by length.
-    pub grading: f64,
-    /// Whether to pair triangles to quadrilaterals.
-    pub quads: bool,
-    /// How sheets run where they meet.
-    pub junctions: Junctions,
-}
-
-/// How sheets run where they meet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Junctions {
-    /// Equally far from the nearest walls: dipping towards seams and bends.
-    #[default]
-    Medial,
-    /// In the middle of their own walls up to where they meet.
-    Straight,
-}
 
 /// A mesh of elements.
 #[derive(Clone, Debug, Default)]
@@ -77,16 +52,6 @@ pub struct Meshed {
     pub balls: Vec<(u32, Ball)>,
     /// What was done.
     pub edits: Edits,
-}
-
-impl Settings {
-    /// Default of [`Settings::grading`]: edges grow by two fifths from one to the next.
-    pub const GRADING: f64 = 0.4;
-
-    /// Default of [`Settings::sag`], in wall thicknesses: a little more than
-    /// the eighth of a thickness by which a sheet dips towards a seam, which
-    /// is not to be resolved.
-    pub const SAG: f64 = 0.15;
 }
 
 /// What was done, and what could not be.
