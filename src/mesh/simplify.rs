@@ -418,9 +418,10 @@ mod tests {
                 },
             )
         };
-        let few = within(1e-3, None);
+        // Chords of the ball stray by 2e-3; twice as long ones by 8e-3.
+        let few = within(2e-2, None);
         assert!(few.mesh.triangles.len() < ball.triangles.len() / 2);
-        assert_eq!(few.tolerance, 1e-3);
+        assert_eq!(few.tolerance, 2e-2);
         assert!(
             few.mesh
                 .positions

@@ -405,7 +405,8 @@ fn check_thickness(cage: &Cage, thickness: f64) -> Result<(), SubdivideError> {
         return Err(SubdivideError::Thickness(thickness));
     }
     let diagonal = cage.diagonal();
-    if thickness > MOST_THICKNESS * diagonal {
+    // A mesh without size has no normals, which is told where they are asked for.
+    if diagonal > 0.0 && thickness > MOST_THICKNESS * diagonal {
         return Err(SubdivideError::Thick {
             thickness,
             diagonal,
