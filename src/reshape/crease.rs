@@ -18,7 +18,7 @@ use super::complex::{Complex, Rank};
 use super::facing::TURN;
 use super::project::Projector;
 use crate::field::Footpoint;
-use crate::mesh::FaceId;
+use crate::mesh::{FaceId, self_intersections};
 use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
 use crate::trace::follow::contour::CREASE_ANGLE;
 use crate::trace::solve::{Condition, on_coping, solve};
@@ -54,7 +54,19 @@ struct Crossing {
 }
 
 /// Cuts the mesh along its creases and marks their edges.
+///
+/// Where triangles would cut each other that did not before, the mesh comes
+/// back as it was, without creases.
 pub fn mark_creases(mesh: MarkedMesh, projector: &Projector) -> MarkedMesh {
+    let creased = cut(mesh.clone(), projector);
+    let cuts = |mesh: &MarkedMesh| self_intersections(&mesh.plain()).len();
+    if creased.lines.values().any(|&line| line == Line::Crease) && cuts(&creased) > cuts(&mesh) {
+        return mesh;
+    }
+    creased
+}
+
+fn cut(mesh: MarkedMesh, projector: &Projector) -> MarkedMesh {
     let mut cutter = Cutter {
         complex: Complex::new(&mesh),
         vertices: mesh.vertices,
@@ -252,6 +264,9 @@ impl Cutter<'_> {
                 )
             }
         };
+        if !self.is_nearest(at, across) {
+            return None;
+        }
         let mut tied: SmallVec<[FaceId; 4]> = SmallVec::from_slice(&[one.face, two.face]);
         tied.extend(kept);
         Some(MarkedVertex {
@@ -259,6 +274,14 @@ impl Cutter<'_> {
             walls: tied,
             coping,
         })
+    }
+
+    /// Whether no wall is nearer to a point than a given one, by more than its
+    /// thousandth part.
+    fn is_nearest(&self, at: DVec3, face: FaceId) -> bool {
+        let field = self.projector.walls().field();
+        let nearest = field.footpoint_near(at, face).distance;
+        nearest >= 0.999 * field.footpoint_on(at, face).distance
     }
 
     fn all_crossings(&self) -> Vec<((u32, u32), Crossing)> {
@@ -403,9 +426,7 @@ impl Cutter<'_> {
         let ties = [b, c, d].map(|other| Condition::Tie(a.face, other.face));
         let reach = points.iter().map(|p| p.distance(start)).fold(0.0, f64::max);
         let at = solve(field, ties, start, 2.0 * reach, walls.tolerances().solve)?;
-        let nearest = field.footpoint_near(at, a.face).distance;
-        let least = field.footpoint_on(at, a.face).distance;
-        (nearest >= 0.999 * least).then(|| MarkedVertex {
+        self.is_nearest(at, a.face).then(|| MarkedVertex {
             at,
             walls: tied.iter().map(|f| f.face).collect(),
             coping: None,

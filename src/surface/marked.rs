@@ -4,7 +4,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
-use crate::mesh::FaceId;
+use crate::mesh::{FaceId, TriMesh};
 
 /// What a side of a polygon is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -84,6 +84,14 @@ impl MarkedMesh {
             if triangles.len() == 2 && self.lines.get(&edge) != Some(&Line::Crease) {
                 self.lines.remove(&edge);
             }
+        }
+    }
+
+    /// Its triangles alone.
+    pub fn plain(&self) -> TriMesh {
+        TriMesh {
+            positions: self.vertices.iter().map(|v| v.at).collect(),
+            triangles: self.triangles.clone(),
         }
     }
 
