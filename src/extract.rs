@@ -22,7 +22,6 @@ use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::MidSurface;
 use crate::surface::build::build;
 use crate::surface::graph::SheetGraph;
-use crate::surface::marked::Line;
 use crate::trace::feet;
 use crate::trace::walk::{Counts, Tracer};
 use crate::walls::thickness::ThicknessProfile;
@@ -177,12 +176,10 @@ pub fn extract_until(
     let trace_seconds = start.elapsed().as_secs_f64() - field_seconds;
 
     progress("mesh", 0, 0);
-    let traced = clean::clean_on(tracer.assemble(), cell, &field);
     let projector = Projector::new(&walls);
-    let mut traced = mark_creases(traced, &projector);
-    if traced.lines.values().any(|&line| line == Line::Crease) {
-        traced = clean::clean_on(traced, cell, &field);
-    }
+    // Creases last: to clean once more would let lines drift further.
+    let cleaned = clean::clean_on(tracer.assemble(), cell, &field);
+    let traced = mark_creases(cleaned, &projector);
     stop.heed()?;
     let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
 
