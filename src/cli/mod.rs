@@ -17,7 +17,8 @@ use miette::MietteHandlerOpts;
 use shared::memory::Bytes;
 
 use commands::{
-    check, extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags, thicken,
+    check, completions, extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags,
+    thicken,
 };
 
 /// Exit code after SIGINT or SIGTERM, or Ctrl-C.
@@ -63,6 +64,8 @@ enum Command {
     Thicken(thicken::Args),
     Rethicken(rethicken::Args),
     Roundtrip(roundtrip::Args),
+    Completions(completions::Args),
+    Man(completions::ManArgs),
     #[cfg(feature = "view")]
     View(commands::view::Args),
 }
@@ -101,6 +104,8 @@ pub fn run() -> ExitCode {
         Command::Thicken(args) => thicken::run(args),
         Command::Rethicken(args) => rethicken::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
+        Command::Completions(args) => completions::run(&args, Cli::command()),
+        Command::Man(args) => completions::man(&args, Cli::command()),
         #[cfg(feature = "view")]
         Command::View(args) => commands::view::run(args),
     };

@@ -1,33 +1,38 @@
 //! Name patterns: `*` for any run of characters, `?` for one.
 
+use std::str::Chars;
+
+/// What stands before the first `*` or `?`: a name that fits begins with it.
+pub(super) fn literal_start(pattern: &str) -> &str {
+    &pattern[..pattern.find(['*', '?']).unwrap_or(pattern.len())]
+}
+
 /// Whether the whole name fits the pattern; letters count by case.
 pub(super) fn fits(pattern: &str, name: &str) -> bool {
-    let pattern: Vec<char> = pattern.chars().collect();
-    let name: Vec<char> = name.chars().collect();
-    let (mut p, mut n) = (0, 0);
-    // Where the last star stands and how much of the name it has taken.
-    let mut star: Option<(usize, usize)> = None;
-    while n < name.len() {
-        match pattern.get(p) {
+    let (mut pattern, mut name) = (pattern.chars(), name.chars());
+    // What follows the last star, and what it has not taken of the name.
+    let mut star: Option<(Chars, Chars)> = None;
+    loop {
+        let mut rest = name.clone();
+        let Some(letter) = rest.next() else {
+            return pattern.all(|c| c == '*');
+        };
+        let mut after = pattern.clone();
+        match after.next() {
             Some('*') => {
-                star = Some((p, n));
-                p += 1;
+                star = Some((after.clone(), name.clone()));
+                pattern = after;
             }
-            Some(&c) if c == '?' || c == name[n] => {
-                p += 1;
-                n += 1;
-            }
+            Some(c) if c == '?' || c == letter => (pattern, name) = (after, rest),
             _ => match &mut star {
-                Some((at, taken)) => {
-                    *taken += 1;
-                    p = *at + 1;
-                    n = *taken;
+                Some((after, left)) => {
+                    left.next();
+                    (pattern, name) = (after.clone(), left.clone());
                 }
                 None => return false,
             },
         }
     }
-    pattern[p..].iter().all(|&c| c == '*')
 }
 
 #[cfg(test)]

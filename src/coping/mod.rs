@@ -70,13 +70,23 @@ impl RuleResult {
         name: &str,
         coping: bool,
     ) -> RuleResult {
-        let faces = || mesh.faces().filter(|&face| chosen(face));
+        let faces: Vec<FaceId> = mesh.faces().filter(|&face| chosen(face)).collect();
+        RuleResult::of_faces(mesh, faces.iter().copied(), name, coping)
+    }
+
+    /// The same of triangles given one by one.
+    fn of_faces(
+        mesh: &TriMesh,
+        faces: impl Iterator<Item = FaceId> + Clone,
+        name: &str,
+        coping: bool,
+    ) -> RuleResult {
         RuleResult {
             name: name.to_owned(),
             coping,
-            count: faces().count(),
-            area: faces().map(|face| mesh.triangle_area(face)).sum(),
-            bounds: Bounds::of(faces().flat_map(|face| mesh.corners(face))),
+            count: faces.clone().count(),
+            area: faces.clone().map(|face| mesh.triangle_area(face)).sum(),
+            bounds: Bounds::of(faces.flat_map(|face| mesh.corners(face))),
         }
     }
 }
@@ -169,6 +179,20 @@ pub fn read_tags_bytes(
     apply(&parsed, loaded, mesh_file).map_err(fail)
 }
 
+/// What two lists in order have in common.
+fn in_both(a: &[u32], b: &[u32]) -> Vec<u32> {
+    let mut rest = b;
+    let mut both = Vec::new();
+    for &item in a {
+        let from = rest.partition_point(|&other| other < item);
+        rest = &rest[from..];
+        if rest.first() == Some(&item) {
+            both.push(item);
+        }
+    }
+    both
+}
+
 fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping, Located> {
     identity::check(&file.mesh, loaded, &mesh_file.to_string_lossy())?;
     let mut coping = match file.rest {
@@ -178,16 +202,19 @@ fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping
     let mut kept = vec![false; coping.flags.len()];
     let mut selector = Selector::new(loaded);
     for rule in &file.rules {
-        let mut chosen = vec![true; coping.flags.len()];
+        let strict = file.on_empty == OnEmpty::Error;
+        let mut chosen: Option<Vec<u32>> = None;
         for condition in &rule.conditions {
-            let strict = file.on_empty == OnEmpty::Error;
             let holds = selector.select(condition, &rule.name, strict)?;
-            for (all, holds) in chosen.iter_mut().zip(holds) {
-                *all &= holds;
-            }
+            chosen = Some(match chosen {
+                None => holds,
+                Some(before) => in_both(&before, &holds),
+            });
         }
-        let is_chosen = |face: FaceId| chosen[face.index()];
-        let result = RuleResult::of(&loaded.mesh, is_chosen, &rule.name, rule.coping);
+        // A rule has a condition.
+        let chosen = chosen.unwrap_or_default();
+        let faces = chosen.iter().map(|&triangle| FaceId(triangle));
+        let result = RuleResult::of_faces(&loaded.mesh, faces, &rule.name, rule.coping);
         if result.count == 0 {
             let rule_name = rule.name.clone();
             let problem = TagProblem::SelectsNothing { rule: rule_name };
@@ -197,9 +224,9 @@ fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping
                 OnEmpty::Ignore => {}
             }
         }
-        for triangle in (0..chosen.len()).filter(|&triangle| chosen[triangle]) {
-            coping.flags[triangle] = rule.coping;
-            kept[triangle] = !rule.coping;
+        for triangle in chosen {
+            coping.flags[triangle as usize] = rule.coping;
+            kept[triangle as usize] = !rule.coping;
         }
         coping.rules.push(result);
     }

@@ -98,7 +98,7 @@ pub(super) struct FacetRange {
 }
 
 /// Which names a pattern is held against.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum NameKind {
     Any,
     Group,

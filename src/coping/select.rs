@@ -1,10 +1,13 @@
 //! Holds rules against a mesh.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::error::TagProblem;
 use super::error::{Located, Span};
-use super::glob::fits;
+use super::glob::{fits, literal_start};
 use super::rule::{BoxMode, Condition, FacetRange, NameKind};
 use crate::io::quote::shown;
 use crate::io::{LoadedMesh, NameSet};
@@ -23,7 +26,13 @@ pub(super) struct Selector<'a> {
     /// First triangle of each facet, and the end.
     first_triangle: Vec<u32>,
     neighbours: Option<Vec<Vec<FaceId>>>,
+    names: FxHashMap<NameKind, Names<'a>>,
+    /// Triangles of each set of names.
+    of_set: Option<Vec<Vec<u32>>>,
 }
+
+/// Names in order, each with the sets that hold it.
+type Names<'a> = Vec<(&'a str, Vec<u32>)>;
 
 impl<'a> Selector<'a> {
     pub(super) fn new(loaded: &'a LoadedMesh) -> Selector<'a> {
@@ -35,6 +44,8 @@ impl<'a> Selector<'a> {
             loaded,
             first_triangle,
             neighbours: None,
+            names: FxHashMap::default(),
+            of_set: None,
         }
     }
 
@@ -42,13 +53,13 @@ impl<'a> Selector<'a> {
         &self.loaded.mesh
     }
 
-    /// One flag a triangle for a condition of the named rule.
+    /// Triangles that a condition of the named rule selects, in order.
     pub(super) fn select(
         &mut self,
         condition: &Condition,
         rule: &str,
         strict_names: bool,
-    ) -> Result<Vec<bool>, Located> {
+    ) -> Result<Vec<u32>, Located> {
         match condition {
             Condition::Facets(ranges) => self.facets(ranges),
             Condition::Names { kind, patterns } => self.names(*kind, patterns, strict_names),
@@ -73,13 +84,9 @@ impl<'a> Selector<'a> {
         }
     }
 
-    fn none(&self) -> Vec<bool> {
-        vec![false; self.mesh().triangles.len()]
-    }
-
-    fn facets(&self, ranges: &[FacetRange]) -> Result<Vec<bool>, Located> {
+    fn facets(&self, ranges: &[FacetRange]) -> Result<Vec<u32>, Located> {
         let count = self.loaded.facet_count();
-        let mut flags = self.none();
+        let mut sorted: Vec<(u64, u64, u64)> = Vec::with_capacity(ranges.len());
         for range in ranges {
             if range.last >= count as u64 {
                 let index = if range.first >= count as u64 {
@@ -93,35 +100,57 @@ impl<'a> Selector<'a> {
                 };
                 return Err((range.span.clone(), problem));
             }
-            // In range of the facets, hence of usize.
-            let step = usize::try_from(range.step).unwrap_or(usize::MAX);
-            for facet in (range.first as usize..=range.last as usize).step_by(step) {
-                let triangles = self.first_triangle[facet]..self.first_triangle[facet + 1];
-                for triangle in triangles {
-                    flags[triangle as usize] = true;
-                }
+            sorted.push((range.step, range.first, range.last));
+        }
+        sorted.sort_unstable();
+        let mut facets: Vec<u32> = Vec::new();
+        // First facet that no range of this step and remainder has given yet,
+        // so that ranges that repeat each other cost nothing.
+        let mut next: FxHashMap<(u64, u64), u64> = FxHashMap::default();
+        for (step, first, last) in sorted {
+            let next = next.entry((step, first % step)).or_default();
+            let mut facet = first.max(*next);
+            while facet <= last {
+                facets.push(facet as u32);
+                facet = facet.saturating_add(step);
+            }
+            *next = (*next).max(facet);
+            if facets.len() > 4 * count {
+                facets.sort_unstable();
+                facets.dedup();
             }
         }
-        Ok(flags)
+        facets.sort_unstable();
+        facets.dedup();
+        let triangles = |&facet: &u32| {
+            let facet = facet as usize;
+            self.first_triangle[facet]..self.first_triangle[facet + 1]
+        };
+        Ok(facets.iter().flat_map(triangles).collect())
     }
 
     fn names(
-        &self,
+        &mut self,
         kind: NameKind,
         patterns: &[(String, Span)],
         strict: bool,
-    ) -> Result<Vec<bool>, Located> {
-        let sets = self.loaded.names.sets();
-        let mut chosen = vec![false; sets.len()];
+    ) -> Result<Vec<u32>, Located> {
+        let loaded = self.loaded;
+        let names = self.names_of_kind(kind);
+        let mut chosen: Vec<u32> = Vec::new();
         for (pattern, span) in patterns {
-            let mut found = false;
-            for (set, chosen) in sets.iter().zip(&mut chosen) {
-                if names_of_kind(set, kind).any(|name| fits(pattern, name)) {
-                    *chosen = true;
-                    found = true;
+            let start = literal_start(pattern);
+            let from = names.partition_point(|(name, _)| *name < start);
+            let before = chosen.len();
+            for (name, sets) in names[from..]
+                .iter()
+                .take_while(|(n, _)| n.starts_with(start))
+            {
+                if fits(pattern, name) {
+                    chosen.extend(sets);
                 }
             }
-            if !found && strict {
+            if chosen.len() == before && strict {
                 let problem = TagProblem::NoSuchName {
                     kind: match kind {
                         NameKind::Any => "group, object or material",
@@ -130,23 +159,52 @@ impl<'a> Selector<'a> {
                         NameKind::Material => "material",
                     },
                     pattern: pattern.clone(),
-                    known: known_names(sets, kind),
+                    known: known_names(loaded.names.sets(), kind),
                 };
                 return Err((span.clone(), problem));
             }
         }
-        let names = &self.loaded.names;
-        let source = self.loaded.source.iter();
-        Ok(source
-            .map(|&facet| chosen[names.set_of(facet) as usize])
-            .collect())
+        chosen.sort_unstable();
+        chosen.dedup();
+        let of_set = self.triangles_of_set();
+        let mut triangles: Vec<u32> = Vec::new();
+        for set in chosen {
+            triangles.extend(&of_set[set as usize]);
+        }
+        triangles.sort_unstable();
+        Ok(triangles)
     }
 
-    fn plane(&self, point: DVec3, normal: DVec3, tolerance: f64, max_angle: f64) -> Vec<bool> {
+    /// All names of a kind in order, each with the sets that hold it.
+    fn names_of_kind(&mut self, kind: NameKind) -> &Names<'a> {
+        let sets = self.loaded.names.sets();
+        self.names.entry(kind).or_insert_with(|| {
+            let mut names: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
+            for (number, set) in sets.iter().enumerate() {
+                for name in names_of_kind(set, kind) {
+                    names.entry(name).or_default().push(number as u32);
+                }
+            }
+            names.into_iter().collect()
+        })
+    }
+
+    fn triangles_of_set(&mut self) -> &[Vec<u32>] {
+        let LoadedMesh { names, source, .. } = self.loaded;
+        self.of_set.get_or_insert_with(|| {
+            let mut of_set = vec![Vec::new(); names.sets().len()];
+            for (triangle, &facet) in source.iter().enumerate() {
+                of_set[names.set_of(facet) as usize].push(triangle as u32);
+            }
+            of_set
+        })
+    }
+
+    fn plane(&self, point: DVec3, normal: DVec3, tolerance: f64, max_angle: f64) -> Vec<u32> {
         let least_cosine = max_angle.to_radians().cos();
         let mesh = self.mesh();
         mesh.faces()
-            .map(|face| {
+            .filter(|&face| {
                 let corners = mesh.corners(face);
                 let close = corners
                     .iter()
@@ -158,14 +216,15 @@ impl<'a> Selector<'a> {
                         .try_normalize()
                         .is_none_or(|n| n.dot(normal).abs() >= least_cosine - COSINE_NOISE)
             })
+            .map(|face| face.0)
             .collect()
     }
 
-    fn in_box(&self, min: DVec3, max: DVec3, mode: BoxMode) -> Vec<bool> {
+    fn in_box(&self, min: DVec3, max: DVec3, mode: BoxMode) -> Vec<u32> {
         let inside = |p: DVec3| p.cmpge(min).all() && p.cmple(max).all();
         let mesh = self.mesh();
         mesh.faces()
-            .map(|face| {
+            .filter(|&face| {
                 let corners = mesh.corners(face);
                 match mode {
                     BoxMode::All => corners.into_iter().all(inside),
@@ -173,6 +232,7 @@ impl<'a> Selector<'a> {
                     BoxMode::Centroid => inside(corners.iter().sum::<DVec3>() / 3.0),
                 }
             })
+            .map(|face| face.0)
             .collect()
     }
 
@@ -182,15 +242,15 @@ impl<'a> Selector<'a> {
         grow_angle: f64,
         max_area: Option<f64>,
         rule: &str,
-    ) -> Result<Vec<bool>, TagProblem> {
+    ) -> Result<Vec<u32>, TagProblem> {
         let mesh = self.mesh();
-        let mut flags = self.none();
+        let mut flags = vec![false; mesh.triangles.len()];
         let seed = mesh.faces().min_by(|&a, &b| {
             let distance = |face| distance_squared(point, mesh.corners(face));
             distance(a).total_cmp(&distance(b))
         });
         let Some(seed) = seed else {
-            return Ok(flags);
+            return Ok(Vec::new());
         };
         let least_cosine = grow_angle.to_radians().cos();
         let neighbours = self.neighbours.get_or_insert_with(|| neighbours(mesh));
@@ -224,7 +284,11 @@ impl<'a> Selector<'a> {
                 area,
                 triangles: queue.len(),
             }),
-            _ => Ok(flags),
+            _ => {
+                let mut selected: Vec<u32> = queue.iter().map(|face| face.0).collect();
+                selected.sort_unstable();
+                Ok(selected)
+            }
         }
     }
 }

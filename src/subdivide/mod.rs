@@ -414,18 +414,37 @@ fn check_thickness(cage: &Cage, thickness: f64) -> Result<(), SubdivideError> {
     Ok(())
 }
 
+/// Bytes that a sample takes at the peak, measured; for memory bounds.
+const BYTES_PER_POINT: f64 = 1300.0;
+
+/// Bytes that a face of the subdivided mesh takes besides.
+const BYTES_PER_FACE: f64 = 400.0;
+
+/// Faces after so many steps. A step makes a face of every corner.
+fn faces_at(cage: &Cage, level: u32) -> usize {
+    match level {
+        0 => cage.face_count(),
+        _ => cage
+            .corner_count()
+            .saturating_mul(4_usize.saturating_pow(level - 1)),
+    }
+}
+
+/// About how many bytes a solid of this level and these samples takes, and how
+/// many samples fit into so many bytes.
+pub fn memory(cage: &Cage, level: u32, samples: usize, allowed: u64) -> (f64, usize) {
+    let faces = faces_at(cage, level) as f64;
+    let needed = faces * (BYTES_PER_FACE + BYTES_PER_POINT * (samples * samples) as f64);
+    let fits = ((allowed as f64 / faces - BYTES_PER_FACE) / BYTES_PER_POINT).max(0.0);
+    (needed, fits.sqrt() as usize)
+}
+
 /// Refuses what would be too many points before any memory is spent on them.
 fn fits(cage: &Cage, level: u32, samples: usize) -> Result<(), SubdivideError> {
     if level > MOST_LEVELS {
         return Err(SubdivideError::Levels(level));
     }
-    // A step makes a face of every corner.
-    let faces = match level {
-        0 => cage.face_count(),
-        _ => cage
-            .corner_count()
-            .saturating_mul(4_usize.saturating_pow(level - 1)),
-    };
+    let faces = faces_at(cage, level);
     let points = faces.saturating_mul(samples.saturating_mul(samples));
     if points > MOST_POINTS {
         return Err(SubdivideError::Samples { samples, faces });

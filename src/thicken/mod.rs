@@ -11,7 +11,7 @@
 //!   point lies (Definition 1).
 //! * `solid`: the solid of Definition 2 as a function; its shell and
 //!   cross-section have closed forms (Definitions 5a and 5b, Remark 4).
-//! * [`dual_contour`]: the solid's whole surface, free of
+//! * [`crate::dual_contour`]: the solid's whole surface, free of
 //!   self-intersections, with sharp edges between cross-section and shell.
 //! * `cut`: what is near the patch is cut off.
 //! * `collar`: the rest of the cross-section, up to the patch's own boundary.

@@ -371,3 +371,92 @@ fn walls_out_of_proportion_are_refused() {
     }
     assert_eq!(desk.files().len(), 0);
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_does_not_fit_into_memory_is_refused() {
+    let desk = Desk::new();
+    let cage = fixture("cages/genus3.obj");
+    let cage = cage.to_str().unwrap();
+    let samples = ["subdivide", cage, "--thickness", "0.01", "--samples", "128"];
+    let told = check(
+        &desk.run(&[&samples[..], &["--memory-limit", "1G"]].concat()),
+        2,
+    );
+    assert!(
+        told.contains("samples would fit") && told.contains("--memory-limit"),
+        "{told}"
+    );
+    let told = check(&under("-v 700000", &desk, &samples), 2);
+    assert!(told.contains("samples would fit"), "{told}");
+    let levels = [
+        "subdivide",
+        cage,
+        "--thickness",
+        "0.01",
+        "--levels",
+        "8",
+        "--memory-limit",
+        "2G",
+    ];
+    check(&desk.run(&levels), 2);
+    desk.put("large.obj", "v 0 0 0\n".repeat(8_000_000));
+    let told = check(&under("-v 700000", &desk, &["info", "large.obj"]), 4);
+    assert!(told.contains("would fit"), "{told}");
+    let plate = fixture("plate.obj");
+    let plate = plate.to_str().unwrap();
+    let fine = ["offset", plate, "--distance", "0.5", "--cell", "0.01"];
+    let told = check(&under("-v 700000", &desk, &fine), 2);
+    assert!(told.contains("smallest cell that fits"), "{told}");
+}
+
+/// Quadratic work would take minutes here.
+#[test]
+fn many_names_patterns_and_rules_are_no_trouble() {
+    let desk = Desk::new();
+    let corners = "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nv 0 0 1\nv 9 0 1\nv 9 9 1\nv 0 9 1\n";
+    let faces = [
+        "4 3 2 1", "5 6 7 8", "1 2 6 5", "3 4 8 7", "4 1 5 8", "2 3 7 6",
+    ];
+    let mut mesh = corners.to_owned();
+    for number in 0..100_000 {
+        mesh += &format!("g name_{number}\nf {}\n", faces[number % 6]);
+    }
+    desk.put("names.obj", mesh);
+    let tags: String = (0..2000).map(|n| format!("group: name_{n}*\n")).collect();
+    desk.put("patterns.txt", tags);
+    check(&desk.run(&["tags", "names.obj", "patterns.txt"]), 0);
+    let head = "format = \"coping-tags\"\nversion = 1\n";
+    let rules: String = (0..50_000)
+        .map(|n| format!("[[coping]]\ntriangles = [{n}]\n"))
+        .collect();
+    desk.put("rules.toml", format!("{head}{rules}"));
+    check(&desk.run(&["tags", "names.obj", "rules.toml"]), 0);
+    desk.put(
+        "ranges.txt",
+        "0-199999:2 0-199999\n"
+            .repeat(20_000)
+            .replace("199999", "99999"),
+    );
+    check(&desk.run(&["tags", "names.obj", "ranges.txt"]), 0);
+}
+
+#[test]
+fn tangled_polygons_are_given_up() {
+    let desk = Desk::new();
+    // A star that winds around many times.
+    let count = 5000;
+    let mut mesh = String::new();
+    for k in 0..count {
+        let angle = 2.4 * f64::from(k);
+        mesh += &format!("v {} {} 0\n", angle.cos(), angle.sin());
+    }
+    let ring: String = (1..=count).map(|k| format!(" {k}")).collect();
+    mesh += &format!("f{ring}\n");
+    desk.put("star.obj", mesh);
+    desk.put("tags.txt", "0\n");
+    let told = check(&desk.run(&["tags", "star.obj", "tags.txt"]), 0);
+    assert!(told.contains("cross themselves"), "{told}");
+    let told = check(&desk.run(&["thicken", "star.obj", "--thickness", "0.1"]), 2);
+    assert!(told.contains("cuts through itself"), "{told}");
+}

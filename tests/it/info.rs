@@ -28,7 +28,7 @@ fn the_thinnest_wall_is_told_with_its_place() {
     let thickness = &all["thickness"];
     let thinnest = thickness["thinnest"].as_f64().unwrap();
     // Measured at points of the wall, not at its very edge.
-    assert!((1.0..1.1).contains(&thinnest), "{thickness:#}");
+    assert!((1.0..1.03).contains(&thinnest), "{thickness:#}");
     assert!(thickness["thinnest_at"][0].as_f64().unwrap() < 2.0);
     assert!((thickness["p50"].as_f64().unwrap() - 2.0).abs() < 0.1);
 

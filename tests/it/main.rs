@@ -10,6 +10,7 @@ mod elements;
 mod end_to_end;
 mod exactness;
 mod far;
+mod fuzz;
 mod harm;
 mod info;
 mod invariance;

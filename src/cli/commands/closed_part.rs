@@ -207,7 +207,7 @@ impl ClosedPartArgs {
             tolerance: settings.tolerance,
             triangles: self.triangles,
         });
-        settings.memory_limit = self.memory.memory_limit.0;
+        settings.memory_limit = self.memory.allowed();
         settings.voids = match self.voids {
             VoidsName::Keep => Voids::Keep,
             VoidsName::Fill => Voids::Fill,

@@ -188,7 +188,7 @@ impl Args {
             cell: self.cell,
             min_angle: self.angle,
             keep_fins: self.keep_fins,
-            memory_limit: self.memory.memory_limit.0,
+            memory_limit: self.memory.allowed(),
             elements: self.elements.settings(),
         }
     }

@@ -2,6 +2,7 @@
 
 pub(crate) mod check;
 mod closed_part;
+pub(crate) mod completions;
 pub(crate) mod detect;
 pub(crate) mod explain;
 pub(crate) mod extract;

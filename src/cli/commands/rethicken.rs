@@ -316,7 +316,7 @@ impl Args {
         };
         settings.cell = self.cell.resolve(&scale).map_err(Failure::input)?;
         settings.tolerance = self.tolerance.unwrap_or(settings.tolerance);
-        settings.memory_limit = self.memory.memory_limit.0;
+        settings.memory_limit = self.memory.allowed();
         settings.precision = self.solid.precision();
         Ok(settings)
     }

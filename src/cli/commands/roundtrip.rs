@@ -112,11 +112,11 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             cell: args.cell,
             min_angle: args.angle,
             keep_fins: false,
-            memory_limit: args.memory.memory_limit.0,
+            memory_limit: args.memory.allowed(),
             elements: None,
         },
         solid_cell: args.solid_cell,
-        memory_limit: args.memory.memory_limit.0,
+        memory_limit: args.memory.allowed(),
     };
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result = roundtrip(&input.part, &settings, &show).map_err(|error| match &error {

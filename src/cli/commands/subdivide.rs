@@ -12,12 +12,14 @@ use midsurf::settings::cell::CellSize;
 use midsurf::subdivide::{
     Boundary, Cage, ContourError, ContourSettings, FoldFree, HollowSolid, Level, MOST_LEVELS,
     MOST_SAMPLES, Scheme, Settings, SubdivideError, Trial, contour, hollow_out, interpolate,
+    memory,
 };
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, print_warnings, read_warning};
+use crate::cli::shared::memory::{MemoryArgs, check_input};
 use crate::cli::shared::numbers::{figure, positive};
 use crate::cli::shared::progress::Progress;
 use crate::cli::shared::report::{Envelope, named};
@@ -86,6 +88,8 @@ pub(crate) struct Args {
     interpolate: bool,
     #[command(flatten)]
     solid: SolidArgs,
+    #[command(flatten)]
+    memory: MemoryArgs,
     #[command(flatten)]
     run: RunArgs,
     /// Print more
@@ -157,6 +161,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     args.solid.check_names(&inputs, &args.run)?;
     let progress = args.run.start();
     let control = read(&args.control)?;
+    check_memory(&args, &control.cage)?;
     if !args.run.quiet {
         progress.aside(|| print_warnings(&control.warnings));
     }
@@ -204,6 +209,25 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     })
 }
 
+/// Refuses samples that would not fit into memory. A tolerance looks at finer
+/// levels only while those are small.
+fn check_memory(args: &Args, cage: &Cage) -> Result<(), Failure> {
+    let (samples, level) = (usize::from(args.samples), args.levels.unwrap_or(1));
+    let allowed = args.memory.allowed();
+    let (needed, fit) = memory(cage, level, samples, allowed);
+    if needed <= allowed as f64 {
+        return Ok(());
+    }
+    let [needed, allowed] = [needed, allowed as f64].map(|bytes| bytes / 1e9);
+    Err(Failure::usage(
+        format!(
+            "{}: {samples} samples at level {level} need about {needed:.1} GB, and {allowed:.1} GB are allowed; {fit} samples would fit",
+            shown_path(&args.control)
+        ),
+        "take fewer --samples or --levels; raise --memory-limit if the machine has more memory",
+    ))
+}
+
 /// Seconds by stage, those of the same name together.
 fn by_stage(stages: &[(&'static str, Instant)]) -> Value {
     let mut seconds = serde_json::Map::new();
@@ -218,6 +242,7 @@ fn by_stage(stages: &[(&'static str, Instant)]) -> Value {
 /// Reads and checks the control mesh; one that is inside out is turned.
 fn read(file: &Path) -> Result<Control, Failure> {
     let started = Instant::now();
+    check_input(file)?;
     let mesh = read_control(file).map_err(Failure::input)?;
     let cage = Cage::new(mesh.positions.clone(), &mesh.faces).map_err(|error| {
         let place = match (error.face(), error.vertex()) {

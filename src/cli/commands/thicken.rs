@@ -178,7 +178,7 @@ impl Args {
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }
-        settings.memory_limit = self.memory.memory_limit.0;
+        settings.memory_limit = self.memory.allowed();
         settings.precision = self.solid.precision();
         Ok(settings)
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use midsurf::internals::field::Field;
-use midsurf::internals::walls::thickness::{ThicknessProfile, thickness_at};
+use midsurf::internals::walls::thickness::{ThicknessProfile, ThicknessSample, thickness_at};
 use midsurf::io::write::{Scalars, Staged, stage_scalars};
 use midsurf::mesh::{FaceId, Part, TriMesh};
 use rayon::prelude::*;
@@ -22,6 +22,9 @@ const PIECES: f64 = 40_000.0;
 /// How far the points of a piece lie inside its corners, as a share of the way
 /// to its middle: on an edge the next wall would be nearest.
 const INSET: f64 = 0.15;
+
+/// The same for points that look for the thinnest wall.
+const CLOSE: f64 = 0.01;
 
 /// Wall thickness by share of the wall area, in part units.
 #[derive(Clone, Debug, Serialize)]
@@ -52,7 +55,7 @@ impl WallThickness {
     /// Measures a part; none where no wall faces another.
     pub(crate) fn of(part: &Part, field: &Field, min_wall: Option<f64>) -> Option<WallThickness> {
         let profile = ThicknessProfile::measure(field, SAMPLES);
-        let thinnest = profile.thinnest()?;
+        let thinnest = thinnest(part, field, &profile)?;
         // Single precision of the file is no fault of the wall.
         let slack = 1e-6 * part.bounds().diagonal();
         let check = min_wall.map(|min_wall| WallCheck {
@@ -72,6 +75,36 @@ impl WallThickness {
             check,
         })
     }
+}
+
+/// The thinnest of the profile's points and, where triangles are so large that
+/// those are far between, of points close to the corners of all walls.
+fn thinnest(part: &Part, field: &Field, profile: &ThicknessProfile) -> Option<ThicknessSample> {
+    let mut least = *profile.thinnest()?;
+    if part.triangle_count() > SAMPLES {
+        return Some(least);
+    }
+    for face in part
+        .mesh()
+        .faces()
+        .filter(|face| !part.coping()[face.index()])
+    {
+        let corners = part.corners(face);
+        let middle = corners.iter().sum::<DVec3>() / 3.0;
+        for at in corners.map(|corner| corner.lerp(middle, CLOSE)) {
+            if let Some(thickness) = thickness_at(field, face, at)
+                && thickness < least.thickness
+            {
+                least = ThicknessSample {
+                    thickness,
+                    area: 0.0,
+                    at,
+                    face,
+                };
+            }
+        }
+    }
+    Some(least)
 }
 
 /// A map of the thickness over the walls, beside its target; coping has none.

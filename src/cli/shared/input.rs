@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::console::say;
 use super::coping::{CopingSource, detection_warnings, sliver_words};
 use super::failure::{Failure, place_of};
+use super::memory::check_input;
 use midsurf::io::quote::shown_path;
 
 /// A warning for stderr and for reports.
@@ -37,6 +38,7 @@ pub(crate) struct Input {
 
 /// Reads a mesh file.
 pub(crate) fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), Failure> {
+    check_input(file)?;
     let loaded = read_mesh(file).map_err(Failure::input)?;
     let warnings = loaded
         .warnings

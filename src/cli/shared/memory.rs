@@ -1,9 +1,13 @@
 //! Amounts of memory: as a user states them, and what the process took.
 
 use std::fmt;
+use std::path::Path;
 use std::str::FromStr;
 
+use midsurf::io::quote::shown_path;
 use serde::{Serialize, Serializer};
+
+use super::failure::Failure;
 
 /// An amount of memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +24,13 @@ pub(crate) struct MemoryArgs {
         allow_negative_numbers = true
     )]
     pub(crate) memory_limit: Bytes,
+}
+
+impl MemoryArgs {
+    /// The bound, or what the system still gives where that is less.
+    pub(crate) fn allowed(&self) -> u64 {
+        self.memory_limit.0.min(available().unwrap_or(u64::MAX))
+    }
 }
 
 /// Letters and how many times 1024 they stand for.
@@ -67,15 +78,60 @@ impl Serialize for Bytes {
     }
 }
 
-/// Most memory that this process ever held, where the system tells: the
-/// `VmHWM` line of `/proc/self/status` on Linux.
+/// Most memory that this process ever held, where the system tells.
 pub(crate) fn peak() -> Option<Bytes> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
+    amount("/proc/self/status", "VmHWM:").map(Bytes)
+}
+
+/// Memory that the system still gives, where it tells: what is free, and what a
+/// limit on this process's address space leaves.
+pub(crate) fn available() -> Option<u64> {
+    let free = amount("/proc/meminfo", "MemAvailable:");
+    free.into_iter().chain(address_space()).min()
+}
+
+/// What a limit on this process's address space leaves, if there is one.
+pub(crate) fn address_space() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits
         .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+        .find_map(|line| line.strip_prefix("Max address space"))?;
+    let limit: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(limit.saturating_sub(amount("/proc/self/status", "VmSize:")?))
+}
+
+/// Bytes that reading and checking a file takes at the peak, over its size;
+/// measured: 9 to 13 for a binary STL and an OBJ of 300,000 triangles.
+const BYTES_PER_BYTE: f64 = 12.0;
+
+/// Refuses a file that the memory left could not hold once read.
+pub(crate) fn check_input(file: &Path) -> Result<(), Failure> {
+    // What cannot be asked for its size is told when it is read.
+    let Ok(meta) = std::fs::metadata(file) else {
+        return Ok(());
+    };
+    let needed = BYTES_PER_BYTE * meta.len() as f64;
+    match available() {
+        Some(left) if needed > left as f64 => Err(Failure::no_result(
+            format!(
+                "{}: reading needs about {}, and {} are left; a file of {} would fit",
+                shown_path(file),
+                Bytes(needed as u64),
+                Bytes(left),
+                Bytes((left as f64 / BYTES_PER_BYTE) as u64),
+            ),
+            "take a machine with more memory, or coarsen the mesh",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// An amount in one of Linux's tables of `NAME: NUMBER kB`, in bytes.
+fn amount(table: &str, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(table).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(Bytes(kibibytes * 1024))
+    Some(kibibytes * 1024)
 }
 
 #[cfg(test)]

@@ -6,9 +6,14 @@ use std::thread;
 use rayon::{ThreadBuilder, ThreadPoolBuilder};
 
 use super::console::say;
+use super::memory::address_space;
 
 /// Bytes of a thread's stack, as a main thread has them.
 const STACK: usize = 8 << 20;
+
+/// Bytes of address space a thread: its stack, and what the allocator keeps for
+/// it. A thread that finds no room as it begins ends the process.
+const ROOM: u64 = 64 << 20;
 
 /// Starts as many threads as asked for, or as there are processors, before
 /// anything else runs; as many as the system gives, if those are fewer.
@@ -20,8 +25,9 @@ pub(crate) fn start(asked: Option<u16>) {
         Some(count) => usize::from(count),
         None => usual(),
     };
-    let mut threads = Vec::with_capacity(wanted);
-    for _ in 0..wanted {
+    let room = address_space().map_or(u64::MAX, |left| left / ROOM);
+    let mut threads = Vec::new();
+    for _ in 0..wanted.min(usize::try_from(room).unwrap_or(wanted)) {
         let (give, take) = mpsc::channel::<ThreadBuilder>();
         let work = move || {
             if let Ok(thread) = take.recv() {
@@ -35,8 +41,8 @@ pub(crate) fn start(asked: Option<u16>) {
     }
     let builder = ThreadPoolBuilder::new();
     if threads.len() < wanted {
-        // Room for what comes: the last ones may have taken all there was.
-        threads.truncate(threads.len() / 2);
+        // Others may want some too.
+        threads.truncate(threads.len().div_ceil(2));
         let count = threads.len().max(1);
         say(format_args!(
             "warning: the system gives fewer than {wanted} threads: {count} are used"

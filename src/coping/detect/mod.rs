@@ -7,10 +7,10 @@
 //! surface -> samples -> probes -> faces -> cut -> measures, relations -> decide -> doubt
 //! ```
 //!
-//! Points of the surface are looked from into the part ([`probes`]); the
-//! surface is cut into faces a person would name ([`faces`], [`cut`]); what
-//! faces say of each other ([`relations`]) settles those whose own proportions
-//! say little ([`decide`]). Every threshold is relative to a length measured
+//! Points of the surface are looked from into the part (`probes`); the
+//! surface is cut into faces a person would name (`faces`, `cut`); what
+//! faces say of each other (`relations`) settles those whose own proportions
+//! say little (`decide`). Every threshold is relative to a length measured
 //! at the same place, so units, turning, mesh density and the order of
 //! triangles play no part.
 

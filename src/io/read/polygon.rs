@@ -14,6 +14,10 @@ pub(crate) const MOST_CORNERS: usize = 20_000;
 /// Full searches for ears before a polygon is given up; spirals need a few.
 const MOST_SEARCHES: usize = 64;
 
+/// Corners held against ears in all full searches of a file, some seconds of
+/// work: those of tangled polygons find nothing.
+const MOST_TESTS: u64 = 400_000_000;
+
 /// Collects the facets of a file as triangles.
 #[derive(Default)]
 pub(crate) struct FacetSink {
@@ -22,6 +26,8 @@ pub(crate) struct FacetSink {
     facets: u32,
     forced: usize,
     first_forced: Option<Place>,
+    /// Tests that full searches have spent.
+    tests: u64,
 }
 
 impl FacetSink {
@@ -48,7 +54,7 @@ impl FacetSink {
         } else if corners.len() > MOST_CORNERS {
             let corners = corners.len();
             return Err((place, Problem::ManyCorners { corners }));
-        } else if !triangulate(corners, positions, &mut self.triangles) {
+        } else if !triangulate(corners, positions, &mut self.triangles, &mut self.tests) {
             self.forced += 1;
             self.first_forced.get_or_insert(place);
         }
@@ -97,7 +103,12 @@ impl FacetSink {
 ///
 /// Returns false when the polygon is no simple one in its plane, so that
 /// triangles had to be forced.
-fn triangulate(corners: &[u32], positions: &[DVec3], out: &mut Vec<[u32; 3]>) -> bool {
+fn triangulate(
+    corners: &[u32],
+    positions: &[DVec3],
+    out: &mut Vec<[u32; 3]>,
+    tests: &mut u64,
+) -> bool {
     let mut ring: Vec<u32> = corners.to_vec();
     ring.dedup();
     while ring.len() > 1 && ring.first() == ring.last() {
@@ -115,7 +126,7 @@ fn triangulate(corners: &[u32], positions: &[DVec3], out: &mut Vec<[u32; 3]>) ->
         }
         return true;
     }
-    clip_ears(&ring, &flat, out)
+    clip_ears(&ring, &flat, out, tests)
 }
 
 /// The polygon seen against its Newell normal, so that it runs
@@ -219,19 +230,24 @@ impl Clipper<'_> {
     }
 }
 
-fn clip_ears(ring: &[u32], flat: &[DVec2], out: &mut Vec<[u32; 3]>) -> bool {
+fn clip_ears(ring: &[u32], flat: &[DVec2], out: &mut Vec<[u32; 3]>, tests: &mut u64) -> bool {
     let mut clipper = Clipper {
         flat,
         left: (0..ring.len()).collect(),
         ears: Vec::new(),
     };
-    clipper.ears = (0..ring.len()).map(|k| clipper.ear(k)).collect();
+    // Once a file's tangled polygons have spent all tests, no more are begun.
+    let worth = |corners: usize, spent: u64| corners < 100 || spent < MOST_TESTS;
+    if worth(ring.len(), *tests) {
+        clipper.ears = (0..ring.len()).map(|k| clipper.ear(k)).collect();
+    }
     let mut searches = 0;
     while clipper.left.len() > 3 {
         let mut best = clipper.best();
-        if best.is_none() && searches < MOST_SEARCHES {
+        if best.is_none() && searches < MOST_SEARCHES && worth(clipper.left.len(), *tests) {
             // Clipping may have freed corners that held others before.
             searches += 1;
+            *tests += (clipper.left.len() as u64).pow(2);
             clipper.ears = (0..clipper.left.len()).map(|k| clipper.ear(k)).collect();
             best = clipper.best();
         }
@@ -269,7 +285,7 @@ mod tests {
             .collect();
         let corners: Vec<u32> = (0..positions.len() as u32).collect();
         let mut triangles = Vec::new();
-        let simple = triangulate(&corners, &positions, &mut triangles);
+        let simple = triangulate(&corners, &positions, &mut triangles, &mut 0);
         assert_eq!(simple, expected_simple);
         assert_eq!(triangles.len(), corners.len() - 2);
         triangles
@@ -348,8 +364,8 @@ mod tests {
     fn repeated_corners_do_not_make_triangles() {
         let positions = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let mut out = Vec::new();
-        assert!(triangulate(&[0, 1, 2, 2], &positions, &mut out));
-        assert!(triangulate(&[0, 1, 1, 0], &positions, &mut out));
+        assert!(triangulate(&[0, 1, 2, 2], &positions, &mut out, &mut 0));
+        assert!(triangulate(&[0, 1, 1, 0], &positions, &mut out, &mut 0));
         assert_eq!(out, [[0, 1, 2], [0, 1, 1]]);
     }
 
@@ -377,7 +393,7 @@ mod tests {
                 .collect();
             let corners: Vec<u32> = (0..radii.len() as u32).collect();
             let mut triangles = Vec::new();
-            prop_assert!(triangulate(&corners, &positions, &mut triangles));
+            prop_assert!(triangulate(&corners, &positions, &mut triangles, &mut 0));
             let next = outline.iter().cycle().skip(1);
             let expected: f64 = outline
                 .iter()
@@ -398,7 +414,7 @@ mod tests {
                 .map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into()))
                 .collect();
             let mut triangles = Vec::new();
-            triangulate(&corners, &positions, &mut triangles);
+            triangulate(&corners, &positions, &mut triangles, &mut 0);
             prop_assert!(!triangles.is_empty());
         }
     }
