@@ -42,6 +42,9 @@ const AT_CORNER: f64 = 0.02;
 /// Sine of ten degrees: no vertex is moved where it would leave a flatter angle.
 const FLATTEST: f64 = 0.17;
 
+/// Least height over longest edge of a triangle that is cut off.
+const THINNEST: f64 = 0.01;
+
 /// Where a crease crosses an edge.
 #[derive(Clone, Debug)]
 struct Crossing {
@@ -313,11 +316,25 @@ impl Cutter<'_> {
         })
     }
 
+    /// Whether an edge can be split at a point so that no half of a triangle
+    /// turns over or lies flat on its base.
+    fn may_split(&self, a: u32, b: u32, at: DVec3) -> bool {
+        let around = self.complex.around(a).iter();
+        let beside = around.filter_map(|&t| self.complex.corners(t));
+        beside.filter(|c| c.contains(&b)).all(|c| {
+            let old = self.complex.shape(c);
+            [a, b].iter().all(|&end| {
+                let half = self.complex.shape_with(c, end, at);
+                half.flatness > THINNEST && half.normal.dot(old.normal) > TURN
+            })
+        })
+    }
+
     /// Splits the edges that still cross a crease.
     fn split(&mut self) {
         let inside = |c: &Crossing| c.share > AT_CORNER && c.share < 1.0 - AT_CORNER;
         for ((a, b), crossing) in self.all_crossings() {
-            if !inside(&crossing) {
+            if !inside(&crossing) || !self.may_split(a, b, crossing.vertex.at) {
                 continue;
             }
             let new = self.complex.split(a, b, crossing.vertex.at);
@@ -341,7 +358,9 @@ impl Cutter<'_> {
             let Some(vertex) = self.meeting(c) else {
                 continue;
             };
-            if self.is_within(c, vertex.at) {
+            let corner = |v: u32| self.complex.shape_with(c, v, vertex.at);
+            let sound = c.iter().all(|&v| corner(v).flatness > THINNEST);
+            if sound && self.is_within(c, vertex.at) {
                 self.complex.insert(t, vertex.at);
                 self.vertices.push(vertex);
                 self.creased.push(true);
