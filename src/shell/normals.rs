@@ -17,6 +17,10 @@ use crate::mesh::sets::Sets;
 use crate::surface::edges::Edges;
 use crate::surface::{MidSurface, segments};
 
+/// Cosine of the angle between feet and triangles of a fan from which on they
+/// are taken to be of one wall.
+const OWN_WALL: f64 = 0.5;
+
 /// A normal for every corner of every triangle.
 pub(super) struct CornerNormals {
     /// Unit normals.
@@ -50,7 +54,7 @@ struct Source {
     /// Sum of the area vectors of its triangles.
     area: DVec3,
     /// Direction between its two footpoints, on the side of `area`; none where
-    /// a third wall ties or the feet are not known.
+    /// a third wall ties, or the feet are not known or another wall's.
     feet: Option<DVec3>,
 }
 
@@ -135,9 +139,11 @@ impl<'s> Smooth<'s> {
             [a, b] => (b - a).try_normalize(),
             _ => None,
         };
+        // Where walls meet, the feet may be those of another sheet's wall.
+        let own = |f: &DVec3| f.dot(area).abs() >= OWN_WALL * area.length();
         Source {
             area,
-            feet: feet.map(|f| if f.dot(area) < 0.0 { -f } else { f }),
+            feet: (feet.filter(own)).map(|f| if f.dot(area) < 0.0 { -f } else { f }),
         }
     }
 

@@ -311,3 +311,12 @@ fn an_excess_at_a_seam_is_fitted_to_the_elements() {
         assert!(fits, "{node:?}");
     }
 }
+
+#[test]
+fn feet_of_another_wall_do_not_turn_a_sheet() {
+    // As at straight junctions: the spine's feet are those of the first page.
+    let spine = |at: DVec3| (at.x.hypot(at.y) < 0.5).then_some(DVec3::Y);
+    let surface = surface(book(4, 2, 3), 0.4, &spine);
+    let model = model(&surface, Order::Linear, Vec::new());
+    check(&model);
+}
