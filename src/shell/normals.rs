@@ -21,6 +21,13 @@ use crate::surface::{MidSurface, segments};
 /// are taken to be of one wall.
 const OWN_WALL: f64 = 0.5;
 
+/// Bend, degrees, from which on an edge is a crease that was not marked.
+const SHARP: f64 = 45.0;
+
+/// Height of a triangle, in ball radii, from which on its bend means something:
+/// lower ones tip over by errors of position.
+const HIGH: f64 = 0.25;
+
 /// A normal for every corner of every triangle.
 pub(super) struct CornerNormals {
     /// Unit normals.
@@ -67,10 +74,11 @@ struct Smooth<'s> {
 
 impl<'s> Smooth<'s> {
     fn new(surface: &'s MidSurface, edges: &'s Edges) -> Smooth<'s> {
-        let creases = (surface.creases().iter())
+        let marked = (surface.creases().iter())
             .flat_map(|c| segments(&c.path, c.closed))
-            .map(|[a, b]| [a.min(b), a.max(b)])
-            .collect();
+            .map(|[a, b]| [a.min(b), a.max(b)]);
+        let sharp = (0..edges.len()).filter(|&e| is_sharp(surface, edges, e));
+        let creases = marked.chain(sharp.map(|e| edges.ends[e])).collect();
         Smooth {
             surface,
             edges,
@@ -202,6 +210,27 @@ impl<'s> Smooth<'s> {
         }
         found
     }
+}
+
+/// Whether two triangles of a sheet, neither of them a sliver, bend so much that
+/// the sheet has a crease there, marked or not.
+fn is_sharp(surface: &MidSurface, edges: &Edges, e: usize) -> bool {
+    let Some(pair) = edges.pair(e) else {
+        return false;
+    };
+    let [p, q] = edges.ends[e].map(|v| &surface.vertices()[v as usize]);
+    let Some(along) = (q.position - p.position).try_normalize() else {
+        return false;
+    };
+    let away = pair.map(|t| {
+        let corners = surface.triangles()[t as usize].corners;
+        let far = corners.into_iter().find(|v| !edges.ends[e].contains(v));
+        let way = surface.position(far.unwrap_or(corners[0])) - p.position;
+        way.reject_from_normalized(along)
+    });
+    let least = HIGH * p.ball.radius.min(q.ball.radius);
+    away.iter().all(|way| way.length() > least)
+        && away[0].angle_between(-away[1]) > SHARP.to_radians()
 }
 
 /// Weight at a distance: 1 at the centre, falling smoothly to 0 at the radius.

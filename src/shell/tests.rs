@@ -320,3 +320,15 @@ fn feet_of_another_wall_do_not_turn_a_sheet() {
     let model = model(&surface, Order::Linear, Vec::new());
     check(&model);
 }
+
+#[test]
+fn a_sharp_bend_is_a_crease_even_if_nobody_marked_it() {
+    let mut mesh = grid(&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0]);
+    for v in mesh.vertices.iter_mut().filter(|v| v.at.x > 1.5) {
+        v.at = DVec3::new(1.0, v.at.y, 1.0);
+    }
+    let surface = surface(mesh, 1.0, &|_| None);
+    let model = model(&surface, Order::Linear, Vec::new());
+    check(&model);
+    assert!(model.lines.iter().all(|l| l.kind != SetKind::Crease));
+}
