@@ -24,6 +24,8 @@
 //! | [`check`] | the result held against the part |
 //! | [`coping`] | which triangles close a wall: tag files, and finding them |
 //! | [`io`] | readers and writers, one file a format |
+//! | [`intake`] | files or arrays to a checked part with its tags |
+//! | [`report`] | what to say of inputs and results |
 //! | [`settings`] | what all engines are told, and how they tell where they are |
 //!
 //! Beside that pipeline stand the sister engines: [`offset`] grows, shrinks and
@@ -52,6 +54,7 @@
 //! settings, mesh, lattice <- field <- walls <- trace <- extract
 //! mesh <- surface <- { trace, reshape, check, rethicken, io }
 //! mesh <- dual_contour <- { offset, thicken, rethicken, subdivide }
+//! { io, coping, mesh } <- intake <- report -> the engines
 //! ```
 //!
 //! *Never*: `surface` the field, `dual_contour` the field, `io` an engine, a
@@ -78,10 +81,12 @@ pub mod coping;
 mod dual_contour;
 pub mod extract;
 mod field;
+pub mod intake;
 pub mod io;
 mod lattice;
 pub mod mesh;
 pub mod offset;
+pub mod report;
 pub mod reshape;
 pub mod rethicken;
 pub mod roundtrip;

@@ -13,8 +13,8 @@ use std::process::ExitCode;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use midsurf::io::limit_input;
 use midsurf::io::write::abandon;
+use midsurf::settings::memory::Bytes;
 use miette::MietteHandlerOpts;
-use shared::memory::Bytes;
 
 use commands::{
     check, completions, extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags,

@@ -3,7 +3,7 @@
 //! Names, words and paths of files are not ours: they may be of any length,
 //! and may hold what would move a terminal's cursor or set its title. Here they
 //! are escaped, and cut in the middle; nothing else shows them to people.
-//! Reports as JSON keep them whole.
+//! Reports as JSON keep them whole. Numbers are shown without noise.
 
 use std::path::Path;
 
@@ -44,6 +44,19 @@ pub fn bounded(message: &str) -> String {
     let head = cut(message, 2 * MESSAGE);
     let lines: Vec<String> = head.split('\n').map(escaped).collect();
     cut(&lines.join("\n"), MESSAGE)
+}
+
+/// A number to seven significant digits, without noise.
+pub fn figure(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    // Shortest decimal of the value rounded to seven digits.
+    match format!("{value:.6e}").parse::<f64>() {
+        Ok(rounded) if (1e-4..1e12).contains(&rounded.abs()) => format!("{rounded}"),
+        Ok(rounded) => format!("{rounded:e}"),
+        Err(_) => format!("{value}"),
+    }
 }
 
 /// Control characters, marks of direction and all else that does not print as

@@ -118,7 +118,7 @@ impl Part {
     }
 }
 
-fn check_numbers(mesh: &TriMesh) -> Result<(), PartError> {
+pub(crate) fn check_numbers(mesh: &TriMesh) -> Result<(), PartError> {
     if mesh.triangles.is_empty() {
         return Err(PartError::Empty);
     }

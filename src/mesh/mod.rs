@@ -21,6 +21,7 @@ mod weld;
 use glam::DVec3;
 
 pub use checks::PartOptions;
+pub(crate) use checks::check_numbers;
 pub use edges::{EdgeCensus, EdgeUse, EdgeUses};
 pub use error::{EdgeReport, PartError, PartWarning};
 pub use frame::Frame;

@@ -37,6 +37,7 @@ use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
+use crate::settings::warning::Warning;
 use bodies::one_solid;
 use solid::OffsetSolid;
 
@@ -148,6 +149,41 @@ pub enum OffsetWarning {
     /// The distance is smaller than a cell: both sides of walls and gaps
     /// thinner than a cell may be missed.
     CoarseCell,
+}
+
+impl OffsetWarning {
+    /// The same in words, of an offset by this distance.
+    pub fn explained(self, distance: f64) -> Warning {
+        let (code, message) = match self {
+            OffsetWarning::United { pairs } => (
+                "united",
+                format!(
+                    "bodies of the part overlap or touch, or it cuts through itself ({pairs} pairs of triangles): they were made one solid"
+                ),
+            ),
+            OffsetWarning::SelfIntersecting { pairs } => (
+                "self_intersecting",
+                format!(
+                    "the part cuts through itself ({pairs} pairs of triangles) and could not be made one solid: inside is told by winding number{}",
+                    if distance < 0.0 {
+                        ", and surface that lies inside keeps its distance too"
+                    } else {
+                        ""
+                    }
+                ),
+            ),
+            OffsetWarning::NotManifold => (
+                "not_manifold",
+                "the part is no clean closed surface: inside is told by winding number".to_owned(),
+            ),
+            OffsetWarning::CoarseCell => (
+                "coarse_cell",
+                "the cell is larger than the distance: walls and gaps thinner than a cell may be missed"
+                    .to_owned(),
+            ),
+        };
+        Warning { code, message }
+    }
 }
 
 /// An offset and what it took.

@@ -48,6 +48,7 @@ use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
+use crate::settings::warning::Warning;
 use solid::SlabSolid;
 
 pub use surface::BallSurface;
@@ -179,6 +180,20 @@ pub struct Rethickened {
 pub enum RethickenWarning {
     /// The solid is thinner than two cells somewhere: it may have holes there.
     CoarseCell,
+}
+
+impl RethickenWarning {
+    /// The same in words.
+    pub fn explained(self) -> Warning {
+        match self {
+            RethickenWarning::CoarseCell => Warning {
+                code: "coarse_cell",
+                message:
+                    "the cell is larger than half the least thickness: thin places may be missed"
+                        .to_owned(),
+            },
+        }
+    }
 }
 
 /// The solid of a surface with its balls.

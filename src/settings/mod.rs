@@ -1,7 +1,9 @@
 //! What every engine is told: how fine, with which numbers, within how much
-//! memory, and whom to tell where it is.
+//! memory, and whom to tell where it is; and what all tell: warnings, remedies.
 
 pub mod cell;
 pub mod memory;
 pub mod precision;
 pub mod progress;
+pub mod remedy;
+pub mod warning;

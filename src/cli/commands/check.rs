@@ -13,12 +13,14 @@ use midsurf::surface::MidSurface;
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
-use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{Input, print_warnings};
-use crate::cli::shared::numbers::{figure, positive};
+use crate::cli::shared::input::print_warnings;
+use crate::cli::shared::numbers::positive;
 use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
+use midsurf::intake::CopingSource;
+use midsurf::intake::Input;
+use midsurf::io::quote::figure;
 
 /// Places that a report states of each measure; all are counted.
 const PLACES_SHOWN: usize = 100;

@@ -7,21 +7,22 @@ use std::time::Instant;
 
 use midsurf::mesh::{Part, PartOptions, Simplify, TriMesh};
 use midsurf::offset::Work;
-use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, Voids, offset};
+use midsurf::offset::{Offset, OffsetError, Settings, Voids, offset};
+use midsurf::report::bodies::Bodies;
 use midsurf::settings::cell::{CellSize, Scale};
 use midsurf::settings::precision::Precision;
 use serde_json::{Value, json};
 
-use crate::cli::shared::bodies::Bodies;
 use crate::cli::shared::console::say;
-use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{Input, Warning, print_warnings};
+use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::memory::MemoryArgs;
-use crate::cli::shared::numbers::figure;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
+use midsurf::intake::CopingSource;
+use midsurf::intake::Input;
+use midsurf::io::quote::figure;
 
 /// Flags of `offset` and `hollow`.
 #[derive(clap::Args)]
@@ -98,7 +99,7 @@ pub(crate) fn run(
         _ => Failure::refused(&args.part, &error),
     })?;
     let mut warnings = std::mem::take(&mut input.warnings);
-    warnings.extend(result.warnings.iter().map(|w| explain(*w, distance)));
+    warnings.extend(result.warnings.iter().map(|w| w.explained(distance)));
 
     progress.show("writing", 0, 0);
     let begin = Instant::now();
@@ -163,7 +164,7 @@ pub(crate) fn run(
     if !args.run.quiet {
         print_warnings(&warnings);
         summary(&mesh);
-        bodies.say();
+        say_bodies(&bodies);
         say(format_args!(
             "off the offset by {} at most, {} in the mean (of the distance: {} and {})",
             figure(result.centre_deviation.max),
@@ -217,6 +218,19 @@ impl ClosedPartArgs {
     }
 }
 
+/// Tells people of pieces and cavities.
+fn say_bodies(bodies: &Bodies) {
+    let count =
+        |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
+    say(format_args!(
+        "{}, {} of volume {}",
+        count(bodies.pieces, "piece", "pieces"),
+        count(bodies.cavities.len(), "cavity", "cavities"),
+        // The sum of none is -0.
+        figure(bodies.cavities.iter().sum::<f64>() + 0.0),
+    ));
+}
+
 /// What each stage took and left, for `--verbose`.
 fn details(result: &Offset) {
     let f = &result.work.filters;
@@ -258,36 +272,4 @@ pub(crate) fn work_json(work: &Work) -> Value {
         "mends": work.mends,
         "queries": work.queries,
     })
-}
-
-fn explain(warning: OffsetWarning, distance: f64) -> Warning {
-    let (code, message) = match warning {
-        OffsetWarning::United { pairs } => (
-            "united",
-            format!(
-                "bodies of the part overlap or touch, or it cuts through itself ({pairs} pairs of triangles): they were made one solid"
-            ),
-        ),
-        OffsetWarning::SelfIntersecting { pairs } => (
-            "self_intersecting",
-            format!(
-                "the part cuts through itself ({pairs} pairs of triangles) and could not be made one solid: inside is told by winding number{}",
-                if distance < 0.0 {
-                    ", and surface that lies inside keeps its distance too"
-                } else {
-                    ""
-                }
-            ),
-        ),
-        OffsetWarning::NotManifold => (
-            "not_manifold",
-            "the part is no clean closed surface: inside is told by winding number".to_owned(),
-        ),
-        OffsetWarning::CoarseCell => (
-            "coarse_cell",
-            "the cell is larger than the distance: walls and gaps thinner than a cell may be missed"
-                .to_owned(),
-        ),
-    };
-    Warning { code, message }
 }

@@ -11,13 +11,15 @@ use midsurf::io::LoadedMesh;
 use midsurf::io::write::{stage, stage_picture};
 use serde_json::{Value, json};
 
-use crate::cli::shared::coping::{facets, shown_ranges};
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{Warning, load, print_warnings};
-use crate::cli::shared::numbers::figure;
+use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::pool;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::{check_names, check_suffix};
+use midsurf::intake::load;
+use midsurf::intake::{facets, shown_ranges};
+use midsurf::io::quote::figure;
+use midsurf::settings::warning::Warning;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -8,11 +8,12 @@ use midsurf::coping::detect;
 use midsurf::coping::detect::{DetectedFace, Detection, Options};
 use serde_json::{Value, json};
 
-use crate::cli::shared::coping::{CopingSource, facets, shown_ranges};
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{load, load_tags, print_warnings};
+use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::pool;
 use crate::cli::shared::report::named;
+use midsurf::intake::{CopingSource, facets, shown_ranges};
+use midsurf::intake::{load, load_tags};
 
 const EXAMPLES: &str = "\
 Examples:

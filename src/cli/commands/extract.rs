@@ -15,8 +15,9 @@ pub(crate) use super::extract_args::Args;
 use super::extract_report::{Report, Seconds};
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{Input, print_warnings};
-use crate::cli::shared::numbers::figure;
+use crate::cli::shared::input::print_warnings;
+use midsurf::intake::Input;
+use midsurf::io::quote::figure;
 use midsurf::io::quote::{shown, shown_path};
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use midsurf::extract::{DEFAULT_ANGLE, Settings};
 use midsurf::settings::cell::CellSize;
 
-use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::elements::ElementArgs;
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::{angle, positive};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::shell::ShellArgs;
+use midsurf::intake::CopingSource;
 
 const EXAMPLES: &str = "\
 Examples:

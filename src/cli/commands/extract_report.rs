@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use midsurf::extract::{Extraction, Work};
+use midsurf::report::extraction::{account, warnings};
 use midsurf::surface::listing::{Summary, summary};
 use midsurf::surface::thickness::Thickness;
 use serde::Serialize;
@@ -11,17 +12,14 @@ use serde_json::{Value, json};
 
 use super::detect::detection_json;
 use super::extract_args::Args;
-use super::missed::missed_tags;
-use crate::cli::shared::input::{Input, Warning};
-use crate::cli::shared::memory::{Bytes, peak};
-use crate::cli::shared::numbers::figure;
 use crate::cli::shared::report::{Envelope, named};
+use midsurf::intake::Input;
+use midsurf::io::quote::figure;
+use midsurf::settings::memory::{Bytes, peak};
+use midsurf::settings::warning::Warning;
 
 /// Cracks that the report states with their place; all are counted.
 const CRACKS_SHOWN: usize = 1000;
-
-/// Places that a warning names before the list is cut short.
-const PLACES_NAMED: usize = 5;
 
 /// Wall-clock seconds that the command itself measured.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -53,12 +51,10 @@ pub(crate) struct Report {
 
 impl Report {
     pub(crate) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
-        let mut warnings = warnings(result);
-        warnings.extend(missed_tags(input, result));
         Report {
             figures: summary(&result.surface, &result.graph),
             thickness: Thickness::of(&result.surface),
-            warnings,
+            warnings: warnings(input, result),
             seconds,
             peak: peak(),
         }
@@ -110,7 +106,7 @@ impl Report {
         }
         .around(json!({
             "coping": input.detection.as_ref().map(detection_json),
-            "result": self.result(result),
+            "result": account(result),
             "cracks": cracks.len(),
             "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],
             "closed_over": result.closed_over,
@@ -127,51 +123,6 @@ impl Report {
                 "remeshing": work.edits,
             },
         }))
-    }
-
-    /// What came out.
-    fn result(&self, result: &Extraction) -> Value {
-        let Extraction { surface, graph, .. } = result;
-        let seams = surface.seams().iter().zip(graph.seams());
-        let seams = seams.map(|(line, data)| {
-            json!({
-                "sheets": line.sheets,
-                "length": data.length,
-                "closed": line.closed,
-                "ends": data.ends,
-            })
-        });
-        let borders = surface.borders().iter().zip(graph.borders());
-        let borders = borders.map(|(line, data)| {
-            json!({
-                "sheet": line.sheet,
-                "kind": line.kind,
-                "length": data.length,
-                "closed": line.closed,
-            })
-        });
-        let Summary {
-            counts,
-            area,
-            seam_length,
-            coping_border_length,
-            fading_border_length,
-            quality,
-            sheets,
-            ..
-        } = &self.figures;
-        json!({
-            "counts": counts,
-            "area": area,
-            "seam_length": seam_length,
-            "coping_border_length": coping_border_length,
-            "fading_border_length": fading_border_length,
-            "thickness": self.thickness,
-            "quality": quality,
-            "sheets": sheets,
-            "seams": seams.collect::<Vec<Value>>(),
-            "borders": borders.collect::<Vec<Value>>(),
-        })
     }
 
     /// The report in lines for stderr.
@@ -263,109 +214,6 @@ impl Report {
         }
         lines
     }
-}
-
-/// What is wrong or odd about a result.
-fn warnings(result: &Extraction) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    let mut warn = |code, message: String| {
-        warnings.push(Warning { code, message });
-    };
-    if result.solid.is_some() {
-        warn(
-            "united",
-            "bodies of the part overlap or touch: they were made one solid first".to_owned(),
-        );
-    }
-    if !result.graph.cracks().is_empty() {
-        let places = listed(result.graph.cracks().iter().map(|crack| crack.at));
-        let length: f64 = result.graph.cracks().iter().map(|crack| crack.length).sum();
-        warn(
-            "cracks",
-            format!(
-                "the mid-surface has {}, {} long in all, at {places}: something is missing there; another --cell may help",
-                counted(result.graph.cracks().len(), "crack"),
-                figure(length),
-            ),
-        );
-    }
-    let counts = result.graph.counts();
-    for (code, count, what) in [
-        (
-            "irregular_edges",
-            counts.irregular_edges,
-            "an edge joins three or more triangles but no seam was followed",
-        ),
-        (
-            "pinches",
-            counts.pinches,
-            "pieces hang together by a point only",
-        ),
-        (
-            "non_orientable",
-            counts.non_orientable_sheets,
-            "a sheet has one side only",
-        ),
-        (
-            "degenerate_triangles",
-            counts.degenerate_triangles,
-            "a triangle has no area to speak of",
-        ),
-        (
-            "lone_feet",
-            counts.lone_feet,
-            "a vertex has fewer than two separate footpoints and no sure thickness",
-        ),
-    ] {
-        if count > 0 {
-            warn(code, format!("{} where {what}", counted(count, "place")));
-        }
-    }
-    if result.work.counts.lost > 0 {
-        warn(
-            "lost",
-            format!(
-                "followers stopped short at {}; {} closed by the walls at their ends, what did not close is counted as a crack",
-                counted(result.work.counts.lost, "place"),
-                counted(result.work.counts.matched, "loop")
-            ),
-        );
-    }
-    if result.work.counts.unsettled > 0 {
-        warn(
-            "unsettled",
-            format!(
-                "followers do not agree in {}",
-                counted(result.work.counts.unsettled, "lattice face")
-            ),
-        );
-    }
-    if !result.closed_over.is_empty() {
-        let middles = result
-            .closed_over
-            .iter()
-            .map(|piece| 0.5 * (DVec3::from(piece.min) + DVec3::from(piece.max)));
-        warn(
-            "closed_over",
-            format!(
-                "no border came out on {}, at {}: features smaller than two cells are closed over; a smaller --cell finds them",
-                counted(result.closed_over.len(), "coping face"),
-                listed(middles)
-            ),
-        );
-    }
-    warnings
-}
-
-/// The first few of some places.
-fn listed(places: impl ExactSizeIterator<Item = DVec3>) -> String {
-    let more = if places.len() > PLACES_NAMED {
-        " and more"
-    } else {
-        ""
-    };
-    let places: Vec<String> = places.take(PLACES_NAMED).map(place).collect();
-    format!("{}{more}", places.join(" "))
 }
 
 fn place(p: DVec3) -> String {

@@ -4,19 +4,18 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use midsurf::internals::field::Field;
-use midsurf::mesh::{EdgeCensus, PartOptions};
-use serde::Serialize;
+use midsurf::mesh::PartOptions;
 
-use super::thickness_map::{WallThickness, stage_map};
-use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{Input, Warning, print_warnings};
-use crate::cli::shared::numbers::figure;
+use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::pool;
-use crate::cli::shared::report::named;
 use crate::cli::shared::run::{check_names, check_suffix};
+use midsurf::intake::CopingSource;
+use midsurf::intake::Input;
+use midsurf::io::quote::figure;
 use midsurf::io::quote::{shown, shown_path};
+use midsurf::report::info::Info;
+use midsurf::report::thickness::{WallThickness, stage_map};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -59,33 +58,6 @@ pub(crate) struct Args {
     json: bool,
 }
 
-#[derive(Serialize)]
-struct Info {
-    part: String,
-    sha256: String,
-    geometry: String,
-    facets: usize,
-    triangles: usize,
-    vertices: usize,
-    coping_triangles: usize,
-    watertight: bool,
-    open_edges: usize,
-    non_manifold_edges: usize,
-    components: usize,
-    euler: i64,
-    volume: f64,
-    area: f64,
-    wall_area: f64,
-    min: [f64; 3],
-    max: [f64; 3],
-    diagonal: f64,
-    groups: Vec<String>,
-    objects: Vec<String>,
-    materials: Vec<String>,
-    thickness: Option<WallThickness>,
-    warnings: Vec<Warning>,
-}
-
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(&*args.part, "part")];
     let tags = args.coping.file().map(|file| (file, "coping tags"));
@@ -111,8 +83,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         "coping_doubt" | "coping_doubts" => false,
         _ => true,
     });
-    let field = Field::new(&input.part);
-    let thickness = WallThickness::of(&input.part, &field, args.min_wall);
+    let thickness = WallThickness::of(&input.part, args.min_wall);
     if let Some(file) = &args.output {
         let Some(thickness) = &thickness else {
             return Err(Failure::no_result(
@@ -123,7 +94,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
                 "check the coping tags with `midsurf tags explain PART TAGS`",
             ));
         };
-        let staged = stage_map(&input.part, &field, thickness, file)?;
+        let staged = stage_map(&input.part, thickness, file).map_err(Failure::output)?;
         staged.commit().map_err(Failure::output)?;
     }
     let info = Info::of(&input, thickness);
@@ -133,7 +104,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         serde_json::to_writer_pretty(&mut out, &info).map_err(io::Error::from)?;
         writeln!(out)?;
     } else {
-        info.print(&mut out)?;
+        print(&info, &mut out)?;
     }
     out.flush()?;
     let check = info.thickness.and_then(|thickness| thickness.check);
@@ -143,158 +114,96 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     })
 }
 
-impl Info {
-    fn of(input: &Input, thickness: Option<WallThickness>) -> Info {
-        let part = &input.part;
-        let mesh = part.mesh();
-        let uses = mesh.edges();
-        let EdgeCensus {
-            open,
-            balanced,
-            unbalanced,
-            ..
-        } = uses.census();
-        // A triangle with a repeated corner is no shell of its own.
-        let (labels, _) = uses.components(mesh.triangles.len());
-        let whole = |&[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
-        let labels = labels.into_iter().zip(&mesh.triangles);
-        let mut shells: Vec<u32> = labels.filter(|(_, t)| whole(t)).map(|(l, _)| l).collect();
-        let triangles = shells.len() as i64;
-        shells.sort_unstable();
-        shells.dedup();
-        let edges = uses.by_edge().count() as i64;
-        let bounds = part.bounds();
-        let wall_area = mesh
-            .faces()
-            .filter(|face| !part.coping()[face.index()])
-            .map(|face| mesh.triangle_area(face))
-            .sum();
-        let sets = input.names.sets();
-        let object = |set: &midsurf::io::NameSet| set.object.clone();
-        let material = |set: &midsurf::io::NameSet| set.material.clone();
-        Info {
-            part: named(&input.file),
-            sha256: input.sha256.clone(),
-            geometry: input.geometry.clone(),
-            facets: input.facets,
-            triangles: part.triangle_count(),
-            vertices: mesh.positions.len(),
-            coping_triangles: part.coping_count(),
-            watertight: part.is_closed(),
-            open_edges: open,
-            non_manifold_edges: balanced + unbalanced,
-            components: shells.len(),
-            euler: mesh.positions.len() as i64 - edges + triangles,
-            volume: part.volume(),
-            area: part.area(),
-            wall_area,
-            min: bounds.min.to_array(),
-            max: bounds.max.to_array(),
-            diagonal: bounds.diagonal(),
-            groups: unique(sets.iter().flat_map(|set| set.groups.clone())),
-            objects: unique(sets.iter().filter_map(object)),
-            materials: unique(sets.iter().filter_map(material)),
-            thickness,
-            warnings: input.warnings.clone(),
-        }
+/// Tells people.
+fn print(info: &Info, out: &mut impl Write) -> io::Result<()> {
+    let [a, b] = [info.min, info.max];
+    writeln!(out, "part         {}", shown(&info.part))?;
+    write!(out, "triangles    {}", info.triangles)?;
+    if info.facets != info.triangles {
+        write!(out, " from {} faces", info.facets)?;
     }
-
-    fn print(&self, out: &mut impl Write) -> io::Result<()> {
-        let [a, b] = [self.min, self.max];
-        writeln!(out, "part         {}", shown(&self.part))?;
-        write!(out, "triangles    {}", self.triangles)?;
-        if self.facets != self.triangles {
-            write!(out, " from {} faces", self.facets)?;
-        }
-        writeln!(out, ", {} of them coping", self.coping_triangles)?;
-        writeln!(out, "vertices     {}", self.vertices)?;
-        if self.watertight {
-            writeln!(out, "watertight   yes")?;
-        } else {
-            writeln!(out, "watertight   no, {} open edges", self.open_edges)?;
-        }
-        if self.non_manifold_edges > 0 {
+    writeln!(out, ", {} of them coping", info.coping_triangles)?;
+    writeln!(out, "vertices     {}", info.vertices)?;
+    if info.watertight {
+        writeln!(out, "watertight   yes")?;
+    } else {
+        writeln!(out, "watertight   no, {} open edges", info.open_edges)?;
+    }
+    if info.non_manifold_edges > 0 {
+        writeln!(
+            out,
+            "non-manifold {} edges with more than two triangles",
+            info.non_manifold_edges
+        )?;
+    }
+    writeln!(out, "components   {}", info.components)?;
+    writeln!(out, "euler        {}", info.euler)?;
+    writeln!(out, "volume       {}", figure(info.volume))?;
+    writeln!(
+        out,
+        "area         {}, of it wall {}",
+        figure(info.area),
+        figure(info.wall_area)
+    )?;
+    writeln!(
+        out,
+        "box          ({}, {}, {}) to ({}, {}, {})",
+        a[0], a[1], a[2], b[0], b[1], b[2]
+    )?;
+    writeln!(
+        out,
+        "size         {} x {} x {}, diagonal {}",
+        figure(b[0] - a[0]),
+        figure(b[1] - a[1]),
+        figure(b[2] - a[2]),
+        figure(info.diagonal)
+    )?;
+    match &info.thickness {
+        Some(t) => writeln!(
+            out,
+            "thickness    5 % {}, 25 % {}, median {}, 75 % {}, 95 % {}",
+            figure(t.p5),
+            figure(t.p25),
+            figure(t.p50),
+            figure(t.p75),
+            figure(t.p95)
+        )?,
+        None => writeln!(out, "thickness    unknown, no wall faces another")?,
+    }
+    if let Some(t) = &info.thickness {
+        let [x, y, z] = t.thinnest_at.map(figure);
+        writeln!(
+            out,
+            "thinnest     {} at ({x}, {y}, {z}), triangle {}",
+            figure(t.thinnest),
+            t.thinnest_triangle
+        )?;
+        if let Some(check) = t.check {
+            let passed = if check.passed { "passed" } else { "failed" };
             writeln!(
                 out,
-                "non-manifold {} edges with more than two triangles",
-                self.non_manifold_edges
+                "min wall     {}: {passed}, {:.1} % of the wall is thinner",
+                figure(check.min_wall),
+                100.0 * check.share_below
             )?;
         }
-        writeln!(out, "components   {}", self.components)?;
-        writeln!(out, "euler        {}", self.euler)?;
-        writeln!(out, "volume       {}", figure(self.volume))?;
-        writeln!(
-            out,
-            "area         {}, of it wall {}",
-            figure(self.area),
-            figure(self.wall_area)
-        )?;
-        writeln!(
-            out,
-            "box          ({}, {}, {}) to ({}, {}, {})",
-            a[0], a[1], a[2], b[0], b[1], b[2]
-        )?;
-        writeln!(
-            out,
-            "size         {} x {} x {}, diagonal {}",
-            figure(b[0] - a[0]),
-            figure(b[1] - a[1]),
-            figure(b[2] - a[2]),
-            figure(self.diagonal)
-        )?;
-        match &self.thickness {
-            Some(t) => writeln!(
-                out,
-                "thickness    5 % {}, 25 % {}, median {}, 75 % {}, 95 % {}",
-                figure(t.p5),
-                figure(t.p25),
-                figure(t.p50),
-                figure(t.p75),
-                figure(t.p95)
-            )?,
-            None => writeln!(out, "thickness    unknown, no wall faces another")?,
-        }
-        if let Some(t) = &self.thickness {
-            let [x, y, z] = t.thinnest_at.map(figure);
-            writeln!(
-                out,
-                "thinnest     {} at ({x}, {y}, {z}), triangle {}",
-                figure(t.thinnest),
-                t.thinnest_triangle
-            )?;
-            if let Some(check) = t.check {
-                let passed = if check.passed { "passed" } else { "failed" };
-                writeln!(
-                    out,
-                    "min wall     {}: {passed}, {:.1} % of the wall is thinner",
-                    figure(check.min_wall),
-                    100.0 * check.share_below
-                )?;
-            }
-        }
-        for (kind, names) in [
-            ("groups", &self.groups),
-            ("objects", &self.objects),
-            ("materials", &self.materials),
-        ] {
-            if !names.is_empty() {
-                let names_shown = names.iter().take(NAMES_SHOWN).map(|name| shown(name));
-                let list = names_shown.collect::<Vec<_>>().join(", ");
-                let more = if names.len() > NAMES_SHOWN {
-                    ", …"
-                } else {
-                    ""
-                };
-                writeln!(out, "{kind:<12} {}: {list}{more}", names.len())?;
-            }
-        }
-        writeln!(out, "sha256       {}", self.sha256)?;
-        writeln!(out, "geometry     {}", self.geometry)
     }
-}
-
-/// Each name once, in order of first use.
-fn unique(names: impl Iterator<Item = String>) -> Vec<String> {
-    let mut seen = std::collections::HashSet::new();
-    names.filter(|name| seen.insert(name.clone())).collect()
+    for (kind, names) in [
+        ("groups", &info.groups),
+        ("objects", &info.objects),
+        ("materials", &info.materials),
+    ] {
+        if !names.is_empty() {
+            let names_shown = names.iter().take(NAMES_SHOWN).map(|name| shown(name));
+            let list = names_shown.collect::<Vec<_>>().join(", ");
+            let more = if names.len() > NAMES_SHOWN {
+                ", …"
+            } else {
+                ""
+            };
+            writeln!(out, "{kind:<12} {}: {list}{more}", names.len())?;
+        }
+    }
+    writeln!(out, "sha256       {}", info.sha256)?;
+    writeln!(out, "geometry     {}", info.geometry)
 }

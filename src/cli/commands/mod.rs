@@ -10,13 +10,11 @@ mod extract_args;
 mod extract_report;
 pub(crate) mod hollow;
 pub(crate) mod info;
-mod missed;
 pub(crate) mod offset;
 pub(crate) mod rethicken;
 pub(crate) mod roundtrip;
 pub(crate) mod subdivide;
 pub(crate) mod tags;
 pub(crate) mod thicken;
-mod thickness_map;
 #[cfg(feature = "view")]
 pub(crate) mod view;

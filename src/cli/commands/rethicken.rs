@@ -7,19 +7,21 @@ use std::time::Instant;
 
 use midsurf::io::write::thickness_file;
 use midsurf::io::{RadiusSource, read_surface};
-use midsurf::rethicken::{BallSurface, RethickenError, RethickenWarning, Settings, rethicken};
+use midsurf::rethicken::{BallSurface, RethickenError, Settings, rethicken};
 use midsurf::settings::cell::{CellSize, Scale};
 use serde_json::json;
 
 use super::closed_part::work_json;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{Warning, load, print_warnings, read_warning};
+use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::positive;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
+use midsurf::intake::{load, read_warning};
 use midsurf::io::quote::shown_path;
+use midsurf::settings::warning::Warning;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -140,9 +142,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result =
         rethicken(surface, &settings, &show).map_err(|error| failure(&error, &args.surface))?;
-    let found = result.warnings.iter().map(|&found| {
-        let (code, message) = explain(found);
-        args.warning(code, message)
+    let found = result.warnings.iter().map(|found| {
+        let Warning { code, message } = found.explained();
+        args.warning(code, &message)
     });
     let warnings: Vec<Warning> = source.warnings.iter().cloned().chain(found).collect();
 
@@ -319,16 +321,6 @@ impl Args {
         settings.memory_limit = self.memory.allowed();
         settings.precision = self.solid.precision();
         Ok(settings)
-    }
-}
-
-/// Code and meaning of a warning.
-pub(crate) fn explain(warning: RethickenWarning) -> (&'static str, &'static str) {
-    match warning {
-        RethickenWarning::CoarseCell => (
-            "coarse_cell",
-            "the cell is larger than half the least thickness: thin places may be missed",
-        ),
     }
 }
 

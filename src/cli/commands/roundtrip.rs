@@ -14,15 +14,16 @@ use midsurf::settings::cell::CellSize;
 use serde_json::json;
 
 use super::closed_part::work_json;
-use super::rethicken::{self, explain};
+use super::rethicken;
 use crate::cli::shared::console::say;
-use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{Input, Warning, print_warnings};
+use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::memory::MemoryArgs;
-use crate::cli::shared::numbers::figure;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
+use midsurf::intake::CopingSource;
+use midsurf::intake::Input;
+use midsurf::io::quote::figure;
 
 /// Deviation that is painted in full colour, over the thickness.
 const FULL_COLOUR: f64 = 0.1;
@@ -126,13 +127,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         error => Failure::refused(&args.part, error),
     })?;
     let mut warnings = std::mem::take(&mut input.warnings);
-    warnings.extend(result.solid.warnings.iter().map(|warning| {
-        let (code, message) = explain(*warning);
-        Warning {
-            code,
-            message: message.to_owned(),
-        }
-    }));
+    warnings.extend(result.solid.warnings.iter().map(|w| w.explained()));
 
     progress.show("writing", 0, 0);
     let thickness = result.comparison.thickness;

@@ -18,14 +18,18 @@ use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{Warning, print_warnings, read_warning};
-use crate::cli::shared::memory::{MemoryArgs, check_input};
-use crate::cli::shared::numbers::{figure, positive};
+use crate::cli::shared::input::print_warnings;
+use crate::cli::shared::memory::MemoryArgs;
+use crate::cli::shared::numbers::positive;
 use crate::cli::shared::progress::Progress;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::SolidArgs;
+use midsurf::intake::check_size;
+use midsurf::intake::read_warning;
+use midsurf::io::quote::figure;
 use midsurf::io::quote::shown_path;
+use midsurf::settings::warning::Warning;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -242,7 +246,7 @@ fn by_stage(stages: &[(&'static str, Instant)]) -> Value {
 /// Reads and checks the control mesh; one that is inside out is turned.
 fn read(file: &Path) -> Result<Control, Failure> {
     let started = Instant::now();
-    check_input(file)?;
+    check_size(file)?;
     let mesh = read_control(file).map_err(Failure::input)?;
     let cage = Cage::new(mesh.positions.clone(), &mesh.faces).map_err(|error| {
         let place = match (error.face(), error.vertex()) {

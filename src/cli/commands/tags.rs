@@ -12,13 +12,14 @@ use midsurf::mesh::FaceId;
 use serde_json::json;
 
 use super::{detect, explain};
-use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{load, load_tags, print_warnings};
-use crate::cli::shared::numbers::figure;
+use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::pool;
 use crate::cli::shared::report::named;
 use crate::cli::shared::run::{check_names, check_suffix};
+use midsurf::intake::CopingSource;
+use midsurf::intake::{load, load_tags};
+use midsurf::io::quote::figure;
 
 const EXAMPLES: &str = "\
 Examples:

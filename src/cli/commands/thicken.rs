@@ -13,12 +13,14 @@ use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{Warning, load, print_warnings};
+use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::memory::MemoryArgs;
-use crate::cli::shared::numbers::figure;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::SolidArgs;
+use midsurf::intake::load;
+use midsurf::io::quote::figure;
+use midsurf::settings::warning::Warning;
 
 const EXAMPLES: &str = "\
 Examples:

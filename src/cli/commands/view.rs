@@ -9,10 +9,11 @@ use midsurf::mesh::PartOptions;
 use midsurf::view::{Server, Subject};
 
 use crate::cli::shared::console::say;
-use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{load, load_tags, print_warnings};
+use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::numbers::positive;
+use midsurf::intake::CopingSource;
+use midsurf::intake::{load, load_tags};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -9,9 +9,10 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+use midsurf::intake::IntakeError;
+use midsurf::io::Place;
 use midsurf::io::quote::bounded;
-use midsurf::io::{LoadedMesh, Place};
-use midsurf::mesh::PartError;
+use midsurf::settings::remedy::fitting;
 use miette::{Diagnostic, LabeledSpan, Report, SourceCode};
 
 /// A failed command.
@@ -103,33 +104,19 @@ impl Failure {
     }
 }
 
+impl From<IntakeError> for Failure {
+    fn from(error: IntakeError) -> Failure {
+        match error {
+            IntakeError::Memory { .. } => Failure::output(error),
+            error => Failure::input(error),
+        }
+    }
+}
+
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Failure {
         Failure::Stdout(error)
     }
-}
-
-/// The clauses of a help text, set apart by semicolons, that name no flag but
-/// these; none if none is left.
-fn fitting(help: &str, flags: &[String]) -> Option<String> {
-    let known = |clause: &&str| named(clause).all(|flag| flags.iter().any(|own| own == flag));
-    let clauses: Vec<&str> = help.split("; ").filter(known).collect();
-    (!clauses.is_empty()).then(|| clauses.join("; "))
-}
-
-/// Flags that a text names, without their dashes.
-fn named(text: &str) -> impl Iterator<Item = &str> {
-    text.split("--").skip(1).map(|rest| {
-        let end = rest.find(|c: char| !(c.is_ascii_lowercase() || c == '-'));
-        &rest[..end.unwrap_or(rest.len())]
-    })
-}
-
-/// Where the file states the triangle that an error names.
-pub(crate) fn place_of(error: &PartError, loaded: &LoadedMesh) -> Place {
-    error
-        .triangle()
-        .map_or(Place::Whole, |triangle| loaded.place_of(triangle))
 }
 
 /// A message with help, for the report printer.
@@ -205,30 +192,4 @@ impl Diagnostic for Told {
 fn help(text: &Option<String>) -> Option<Box<dyn fmt::Display + '_>> {
     text.as_ref()
         .map(|text| Box::new(text) as Box<dyn fmt::Display>)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::fitting;
-
-    #[test]
-    fn help_names_only_flags_of_the_command() {
-        let help =
-            "close the holes; try --weld with a small length; --allow-open goes on, but not well";
-        let flags = |names: &[&str]| {
-            names
-                .iter()
-                .map(|&name| name.to_owned())
-                .collect::<Vec<_>>()
-        };
-        let told = |names| fitting(help, &flags(names));
-        assert_eq!(told(&["weld", "allow-open"]).as_deref(), Some(help));
-        assert_eq!(told(&[]).as_deref(), Some("close the holes"));
-        let some = "close the holes; try --weld with a small length";
-        assert_eq!(told(&["weld", "open"]).as_deref(), Some(some));
-        assert_eq!(fitting("take a smaller --cell", &flags(&["cells"])), None);
-        let shrink = "a negative one (--distance=-2) to shrink";
-        let told = fitting(shrink, &flags(&["distance"]));
-        assert_eq!(told.as_deref(), Some(shrink));
-    }
 }

@@ -1,8 +1,6 @@
 //! What commands share: flags, numbers, input, output, and what they say.
 
-pub(crate) mod bodies;
 pub(crate) mod console;
-pub(crate) mod coping;
 pub(crate) mod elements;
 pub(crate) mod failure;
 pub(crate) mod input;
@@ -14,4 +12,3 @@ pub(crate) mod report;
 pub(crate) mod run;
 pub(crate) mod shell;
 pub(crate) mod solid;
-pub(crate) mod warning;

@@ -1,4 +1,4 @@
-//! Numbers as a user states them and as people read them.
+//! Numbers as a user states them.
 
 /// Reads an angle between 0 and 180 degrees.
 pub(crate) fn angle(text: &str) -> Result<f64, String> {
@@ -13,18 +13,5 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(length) if length > 0.0 && length.is_finite() => Ok(length),
         _ => Err("expected a positive length".to_owned()),
-    }
-}
-
-/// A number to seven significant digits, without noise.
-pub(crate) fn figure(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    // Shortest decimal of the value rounded to seven digits.
-    match format!("{value:.6e}").parse::<f64>() {
-        Ok(rounded) if (1e-4..1e12).contains(&rounded.abs()) => format!("{rounded}"),
-        Ok(rounded) => format!("{rounded:e}"),
-        Err(_) => format!("{value}"),
     }
 }

@@ -6,7 +6,7 @@ use std::thread;
 use rayon::{ThreadBuilder, ThreadPoolBuilder};
 
 use super::console::say;
-use super::memory::address_space;
+use midsurf::settings::memory::address_space;
 
 /// Bytes of a thread's stack, as a main thread has them.
 const STACK: usize = 8 << 20;

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::memory::peak;
-use super::warning::Warning;
+use midsurf::settings::memory::peak;
+use midsurf::settings::warning::Warning;
 
 /// Version of the report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;

@@ -14,7 +14,7 @@ use midsurf::surface::MidSurface;
 use serde_json::{Value, json};
 
 use super::failure::Failure;
-use super::input::Input;
+use midsurf::intake::Input;
 
 /// How files for solvers (.inp, .bdf, .msh, .glb) are written.
 #[derive(clap::Args)]

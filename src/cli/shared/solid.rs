@@ -9,7 +9,7 @@ use midsurf::settings::precision::Precision;
 use super::console::say;
 use super::failure::Failure;
 use super::run::RunArgs;
-use crate::cli::shared::numbers::figure;
+use midsurf::io::quote::figure;
 
 /// Files of a solid.
 #[derive(clap::Args)]

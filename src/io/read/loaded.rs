@@ -2,7 +2,7 @@
 
 use crate::io::error::Place;
 use crate::io::names::{FacetNames, NameSet};
-use crate::mesh::{FaceId, TriMesh};
+use crate::mesh::{FaceId, PartError, TriMesh, check_numbers};
 
 /// A mesh as its file states it, triangulated but otherwise unchecked for
 /// closedness and the like; see [`crate::mesh::Part::new`] for that.
@@ -20,12 +20,32 @@ pub struct LoadedMesh {
     pub warnings: Vec<ReadWarning>,
     /// What the file says of vertices besides their place.
     pub values: PlyValues,
-    /// SHA-256 of the file's bytes, in hexadecimal.
+    /// SHA-256 of the file's bytes, in hexadecimal; empty where there is no file.
     pub sha256: String,
     pub(super) places: FacetPlaces,
 }
 
 impl LoadedMesh {
+    /// A mesh from memory: every triangle a facet of its own, without names.
+    ///
+    /// # Errors
+    ///
+    /// [`PartError`] for no triangles, corners that do not exist and
+    /// coordinates that are no numbers.
+    pub fn of(mesh: TriMesh) -> Result<LoadedMesh, PartError> {
+        check_numbers(&mesh)?;
+        let facets = mesh.triangles.len();
+        Ok(LoadedMesh {
+            mesh,
+            source: (0..facets as u32).collect(),
+            names: FacetNames::unnamed(facets),
+            warnings: Vec::new(),
+            values: PlyValues::default(),
+            sha256: String::new(),
+            places: FacetPlaces::None,
+        })
+    }
+
     /// Number of facets in the file.
     pub fn facet_count(&self) -> usize {
         self.names.len()

@@ -3,15 +3,13 @@
 
 use std::path::Path;
 
+use crate::field::Field;
+use crate::io::write::{Scalars, Staged, WriteError, stage_scalars};
+use crate::mesh::{FaceId, Part, TriMesh};
+use crate::walls::thickness::{ThicknessProfile, ThicknessSample, thickness_at};
 use glam::DVec3;
-use midsurf::internals::field::Field;
-use midsurf::internals::walls::thickness::{ThicknessProfile, ThicknessSample, thickness_at};
-use midsurf::io::write::{Scalars, Staged, stage_scalars};
-use midsurf::mesh::{FaceId, Part, TriMesh};
 use rayon::prelude::*;
 use serde::Serialize;
-
-use crate::cli::shared::failure::Failure;
 
 /// Points of the walls at which the thickness is measured.
 const SAMPLES: usize = 4000;
@@ -28,32 +26,43 @@ const CLOSE: f64 = 0.01;
 
 /// Wall thickness by share of the wall area, in part units.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct WallThickness {
-    pub(crate) p5: f64,
-    pub(crate) p25: f64,
-    pub(crate) p50: f64,
-    pub(crate) p75: f64,
-    pub(crate) p95: f64,
-    pub(crate) thinnest: f64,
+pub struct WallThickness {
+    /// 5 % of the wall area is thinner.
+    pub p5: f64,
+    /// 25 % of the wall area is thinner.
+    pub p25: f64,
+    /// 50 % of the wall area is thinner.
+    pub p50: f64,
+    /// 75 % of the wall area is thinner.
+    pub p75: f64,
+    /// 95 % of the wall area is thinner.
+    pub p95: f64,
+    /// The least found.
+    pub thinnest: f64,
     /// Where the wall is thinnest.
-    pub(crate) thinnest_at: [f64; 3],
+    pub thinnest_at: [f64; 3],
     /// Triangle of the wall there.
-    pub(crate) thinnest_triangle: u32,
+    pub thinnest_triangle: u32,
     /// What `--min-wall` asked for.
-    pub(crate) check: Option<WallCheck>,
+    pub check: Option<WallCheck>,
 }
 
 /// Whether the walls are thick enough.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct WallCheck {
-    pub(crate) min_wall: f64,
-    pub(crate) share_below: f64,
-    pub(crate) passed: bool,
+pub struct WallCheck {
+    /// The least thickness allowed.
+    pub min_wall: f64,
+    /// Share of the wall area that is thinner.
+    pub share_below: f64,
+    /// Whether no wall is.
+    pub passed: bool,
 }
 
 impl WallThickness {
-    /// Measures a part; none where no wall faces another.
-    pub(crate) fn of(part: &Part, field: &Field, min_wall: Option<f64>) -> Option<WallThickness> {
+    /// Measures a part; none where no wall faces another. `min_wall` is the
+    /// least thickness allowed.
+    pub fn of(part: &Part, min_wall: Option<f64>) -> Option<WallThickness> {
+        let field = &Field::new(part);
         let profile = ThicknessProfile::measure(field, SAMPLES);
         let thinnest = thinnest(part, field, &profile)?;
         // Single precision of the file is no fault of the wall.
@@ -108,19 +117,23 @@ fn thinnest(part: &Part, field: &Field, profile: &ThicknessProfile) -> Option<Th
 }
 
 /// A map of the thickness over the walls, beside its target; coping has none.
-pub(crate) fn stage_map(
+///
+/// # Errors
+///
+/// [`WriteError`] names the file.
+pub fn stage_map(
     part: &Part,
-    field: &Field,
     thickness: &WallThickness,
     file: &Path,
-) -> Result<Staged, Failure> {
+) -> Result<Staged, WriteError> {
+    let field = Field::new(part);
     let (mesh, faces) = pieces(part);
     let value = |(piece, &face): (usize, &FaceId)| {
         let corners = mesh.corners(FaceId(piece as u32));
         let middle = corners.iter().sum::<DVec3>() / 3.0;
         let wall = !part.coping()[face.index()];
         corners.map(|corner| {
-            let measured = || thickness_at(field, face, corner.lerp(middle, INSET));
+            let measured = || thickness_at(&field, face, corner.lerp(middle, INSET));
             wall.then(measured).flatten().unwrap_or(f64::NAN)
         })
     };
@@ -135,7 +148,7 @@ pub(crate) fn stage_map(
         values: values.as_flattened(),
         range: [low, thickness.p95.max(low)],
     };
-    stage_scalars(&mesh, scalars, file).map_err(Failure::output)
+    stage_scalars(&mesh, scalars, file)
 }
 
 /// The part in small pieces with corners of their own, and the triangle that

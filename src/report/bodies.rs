@@ -1,26 +1,28 @@
 //! The bodies of a result: pieces, cavities, and whether it is a solid at all.
 
-use midsurf::mesh::{Part, TriMesh, closed_shells, self_intersections};
-use midsurf::offset::Void;
+use crate::mesh::{Part, TriMesh, closed_shells, self_intersections};
+use crate::offset::Void;
 
-use crate::cli::shared::console::say;
-use crate::cli::shared::numbers::figure;
-use crate::cli::shared::warning::Warning;
+use crate::io::quote::figure;
+use crate::settings::warning::Warning;
 
 /// The result's shells, and whether it is a solid at all.
-pub(crate) struct Bodies {
-    pub(crate) pieces: usize,
-    /// Volumes.
-    pub(crate) cavities: Vec<f64>,
-    pub(crate) self_intersections: usize,
-    pub(crate) non_manifold_edges: usize,
+pub struct Bodies {
+    /// Shells that hold matter.
+    pub pieces: usize,
+    /// Volumes of the shells around none.
+    pub cavities: Vec<f64>,
+    /// Pairs of triangles that cut or touch each other.
+    pub self_intersections: usize,
+    /// Edges of more than two triangles.
+    pub non_manifold_edges: usize,
     joined: bool,
 }
 
 impl Bodies {
     /// Counts. A contour alone cuts itself nowhere; a solid that was `joined` from
     /// two surfaces is searched.
-    pub(crate) fn of(mesh: &TriMesh, joined: bool) -> Bodies {
+    pub fn of(mesh: &TriMesh, joined: bool) -> Bodies {
         let uses = mesh.edges();
         let shells = closed_shells(mesh, &uses);
         let volumes = shells.iter().map(|shell| shell.volume);
@@ -40,12 +42,12 @@ impl Bodies {
     }
 
     /// Whether no triangles meet but in common vertices and edges of two.
-    pub(crate) fn is_solid(&self) -> bool {
+    pub fn is_solid(&self) -> bool {
         self.self_intersections == 0 && self.non_manifold_edges == 0
     }
 
     /// What is odd about the result of a part with such cavities.
-    pub(crate) fn warnings(&self, voids: &[Void], part: &Part) -> Vec<Warning> {
+    pub fn warnings(&self, voids: &[Void], part: &Part) -> Vec<Warning> {
         let mut warnings = Vec::new();
         let mut warn = |code, message| warnings.push(Warning { code, message });
         if let [first, ..] = voids {
@@ -89,19 +91,6 @@ impl Bodies {
     fn pieces_of(mesh: &TriMesh) -> usize {
         let shells = closed_shells(mesh, &mesh.edges());
         shells.iter().filter(|shell| shell.volume >= 0.0).count()
-    }
-
-    /// Tells people.
-    pub(crate) fn say(&self) {
-        let count =
-            |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
-        say(format_args!(
-            "{}, {} of volume {}",
-            count(self.pieces, "piece", "pieces"),
-            count(self.cavities.len(), "cavity", "cavities"),
-            // The sum of none is -0.
-            figure(self.cavities.iter().sum::<f64>() + 0.0),
-        ));
     }
 }
 

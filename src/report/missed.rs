@@ -1,17 +1,17 @@
 //! Tags that are missed where a result shows it: a sheet that fades out before
 //! an untagged rim, a crack beside a face in doubt.
 
+use crate::coping::detect;
+use crate::coping::detect::{DetectedFace, Detection, Options};
+use crate::extract::Extraction;
+use crate::field::Field;
+use crate::mesh::Part;
+use crate::surface::BorderKind;
 use glam::DVec3;
-use midsurf::coping::detect;
-use midsurf::coping::detect::{DetectedFace, Detection, Options};
-use midsurf::extract::Extraction;
-use midsurf::internals::field::Field;
-use midsurf::mesh::Part;
-use midsurf::surface::BorderKind;
 
-use crate::cli::shared::coping::{facets, shown_ranges};
-use crate::cli::shared::input::{Input, Warning};
-use crate::cli::shared::numbers::figure;
+use crate::intake::{Input, facets, shown_ranges};
+use crate::io::quote::figure;
+use crate::settings::warning::Warning;
 
 /// A sheet fades out half a thickness before an untagged rim; what is not
 /// nearer than this, in thicknesses of the wall, is not at fault.
@@ -25,7 +25,7 @@ const NAMED: usize = 8;
 
 /// Faces that look like the end of a wall, are not tagged, and before which a
 /// sheet fades out or has a crack.
-pub(crate) fn missed_tags(input: &Input, result: &Extraction) -> Vec<Warning> {
+pub(super) fn missed_tags(input: &Input, result: &Extraction) -> Vec<Warning> {
     let ends = ends(result);
     if ends.is_empty() {
         return Vec::new();

@@ -3,14 +3,12 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use midsurf::coping::detect::{Detection, Verdict};
-use midsurf::coping::{Sliver, ranges};
+use crate::coping::detect::{Detection, Verdict};
+use crate::coping::{Sliver, ranges};
 use serde::{Serialize, Serializer};
 
-use super::numbers::figure;
-use super::report::named;
-use super::warning::Warning;
-use midsurf::io::quote::shown_path;
+use crate::io::quote::{figure, shown_path};
+use crate::settings::warning::Warning;
 
 /// Questions that a command lists before the list is cut short.
 const QUESTIONS_SHOWN: usize = 5;
@@ -20,21 +18,23 @@ const RANGES_SHOWN: usize = 8;
 
 /// Where coping tags come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum CopingSource {
+pub enum CopingSource {
     /// The program finds them.
     Auto,
     /// Every triangle is wall.
     None,
     /// A tag file.
     File(PathBuf),
+    /// One flag a triangle: true for coping.
+    Flags(Vec<bool>),
 }
 
 impl CopingSource {
     /// The tag file, if there is one.
-    pub(crate) fn file(&self) -> Option<&Path> {
+    pub fn file(&self) -> Option<&Path> {
         match self {
             CopingSource::File(file) => Some(file),
-            CopingSource::Auto | CopingSource::None => None,
+            _ => None,
         }
     }
 }
@@ -54,13 +54,14 @@ impl Serialize for CopingSource {
         match self {
             CopingSource::Auto => serializer.serialize_str("auto"),
             CopingSource::None => serializer.serialize_str("none"),
-            CopingSource::File(file) => serializer.serialize_str(&named(file)),
+            CopingSource::Flags(_) => serializer.serialize_str("flags"),
+            CopingSource::File(file) => serializer.serialize_str(&file.to_string_lossy()),
         }
     }
 }
 
 /// What a detection leaves to say: about the part as a whole, and doubts.
-pub(crate) fn detection_warnings(detection: &Detection, part: &Path) -> Vec<Warning> {
+pub fn detection_warnings(detection: &Detection, part: &Path) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let part = shown_path(part);
     if let Some(words) = detection.verdict().text() {
@@ -94,7 +95,7 @@ pub(crate) fn detection_warnings(detection: &Detection, part: &Path) -> Vec<Warn
 }
 
 /// What was done about a strip that nobody tagged.
-pub(crate) fn sliver_words(sliver: &Sliver, source: &[u32]) -> String {
+pub fn sliver_words(sliver: &Sliver, source: &[u32]) -> String {
     let [x, y, z] = sliver.at.to_array().map(figure);
     format!(
         "triangles {} at ({x}, {y}, {z}) are a strip {} wide between coping faces that no tag names: taken for coping too",
@@ -105,14 +106,14 @@ pub(crate) fn sliver_words(sliver: &Sliver, source: &[u32]) -> String {
 
 /// Facets of the file that triangles come from, ascending: what tags and people
 /// count in.
-pub(crate) fn facets(source: &[u32], triangles: &[u32]) -> Vec<u32> {
+pub fn facets(source: &[u32], triangles: &[u32]) -> Vec<u32> {
     let mut facets: Vec<u32> = triangles.iter().map(|&t| source[t as usize]).collect();
     facets.dedup();
     facets
 }
 
 /// The first ranges of a list of triangles.
-pub(crate) fn shown_ranges(triangles: &[u32]) -> String {
+pub fn shown_ranges(triangles: &[u32]) -> String {
     let ranges = ranges(triangles);
     let more = if ranges.len() > RANGES_SHOWN {
         ", …"
