@@ -10,8 +10,9 @@ use serde_json::{Value, json};
 
 use crate::cli::shared::coping::{CopingSource, facets, shown_ranges};
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{load, load_tags, print_warnings};
+use crate::cli::shared::input::{load_tags, print_warnings};
 use crate::cli::shared::pool;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::named;
 
 const EXAMPLES: &str = "\
@@ -36,6 +37,10 @@ pub(crate) struct Args {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
 }
 
 /// A face and what the tags make of it.
@@ -91,7 +96,7 @@ impl Explained<'_> {
 
 pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     pool::start(None);
-    let (loaded, mut warnings) = load(&args.part)?;
+    let (loaded, mut warnings) = args.reading.load(&args.part, Some(&args.select))?;
     let (coping, more) = load_tags(&args.tags, &loaded, &args.part)?;
     warnings.extend(
         more.into_iter()

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use midsurf::internals::field::Field;
-use midsurf::mesh::{EdgeCensus, PartOptions};
+use midsurf::mesh::EdgeCensus;
 use serde::Serialize;
 
 use super::thickness_map::{WallThickness, stage_map};
@@ -14,6 +14,7 @@ use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::numbers::figure;
 use crate::cli::shared::pool;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::named;
 use crate::cli::shared::run::{check_names, check_suffix};
 use midsurf::io::quote::{shown, shown_path};
@@ -45,9 +46,10 @@ pub(crate) struct Args {
     /// find them, or `none`
     #[arg(long, value_name = "FILE", default_value = "auto")]
     coping: CopingSource,
-    /// Merge vertices within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive)]
-    weld: Option<f64>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
     /// Fail, with exit code 1, if a wall is thinner than this
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive)]
     min_wall: Option<f64>,
@@ -98,11 +100,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         args.output.iter().map(|file| (file.clone(), "map")),
     )?;
     pool::start(None);
-    let options = PartOptions {
-        allow_open: true,
-        weld: args.weld,
-    };
-    let mut input = Input::read(&args.part, &args.coping, options)?;
+    let reading = (&args.reading, Some(&args.select));
+    let mut input = Input::read(&args.part, &args.coping, reading, true)?;
     // Where no tags were asked for none are missing; and what `info` says does
     // not hang on single faces.
     let asked = args.coping != CopingSource::None;

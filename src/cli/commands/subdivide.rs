@@ -159,7 +159,7 @@ impl Control {
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.control.as_path(), "control mesh")];
     args.solid.check_names(&inputs, &args.run)?;
-    let progress = args.run.start();
+    let progress = args.run.start()?;
     let control = read(&args.control)?;
     check_memory(&args, &control.cage)?;
     if !args.run.quiet {
@@ -261,14 +261,14 @@ fn read(file: &Path) -> Result<Control, Failure> {
         .collect();
     let volume = cage.volume();
     let cage = if cage.is_closed() && volume < 0.0 {
-        warnings.push(Warning {
-            code: "inside_out",
-            message: format!(
+        warnings.push(Warning::new(
+            "inside_out",
+            format!(
                 "{}: the control mesh was inside out (volume {}); all faces were turned",
                 shown_path(file),
                 figure(volume)
             ),
-        });
+        ));
         cage.turned_over()
     } else {
         cage
@@ -498,7 +498,7 @@ fn mean(values: &[f64]) -> f64 {
 fn warnings(solid: &HollowSolid, settings: &Settings) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let mut warn = |code, message: String| {
-        warnings.push(Warning { code, message });
+        warnings.push(Warning::new(code, message));
     };
     let free = solid.trial.fold_free(settings.scheme);
     if settings.thickness >= free.thickness {

@@ -14,9 +14,10 @@ use serde_json::json;
 use super::{detect, explain};
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{load, load_tags, print_warnings};
+use crate::cli::shared::input::{load_tags, print_warnings};
 use crate::cli::shared::numbers::figure;
 use crate::cli::shared::pool;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::named;
 use crate::cli::shared::run::{check_names, check_suffix};
 
@@ -68,6 +69,10 @@ struct ShowArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
@@ -87,7 +92,7 @@ fn show(args: ShowArgs) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.output {
         check_output(&args, file)?;
     }
-    let (loaded, mut warnings) = load(&args.part)?;
+    let (loaded, mut warnings) = args.reading.load(&args.part, Some(&args.select))?;
     let (coping, more) = load_tags(&CopingSource::File(args.tags.clone()), &loaded, &args.part)?;
     warnings.extend(more);
     print_warnings(&warnings);

@@ -82,7 +82,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.patch.as_path(), "surface")];
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = args.run.start();
+    let progress = args.run.start()?;
     let (loaded, mut warnings) = load(&args.patch)?;
     let read_seconds = start.elapsed().as_secs_f64();
 
@@ -250,23 +250,22 @@ fn rounded(surface: &TriMesh) -> Option<Warning> {
         .iter()
         .filter(|&&p| Precision::Single.round_point(p) != p)
         .count();
-    (count > 0).then(|| Warning {
-        code: "rounded",
-        message: format!(
+    (count > 0).then(|| Warning::new("rounded", format!(
             "{count} vertices of the surface have more digits than an .stl holds and are rounded; .obj and .ply keep them"
-        ),
-    })
+        )))
 }
 
 /// Another cell than the one asked for.
 fn refined(result: &Thickened, asked: f64) -> Option<Warning> {
-    (result.cell < asked).then(|| Warning {
-        code: "refined",
-        message: format!(
-            "cells of {} do not resolve the surface's boundary; cells of {} were taken",
-            figure(asked),
-            figure(result.cell)
-        ),
+    (result.cell < asked).then(|| {
+        Warning::new(
+            "refined",
+            format!(
+                "cells of {} do not resolve the surface's boundary; cells of {} were taken",
+                figure(asked),
+                figure(result.cell)
+            ),
+        )
     })
 }
 
@@ -289,7 +288,7 @@ fn repaired(repair: Repair) -> Warning {
             ),
         ),
     };
-    Warning { code, message }
+    Warning::new(code, message)
 }
 
 /// A solid that is not the surface and what was joined to it.
@@ -306,29 +305,23 @@ fn made(result: &Thickened) -> Option<Warning> {
         ),
     };
     let message = message.to_owned();
-    Some(Warning { code, message })
+    Some(Warning::new(code, message))
 }
 
 fn missing(result: &Thickened) -> Option<Warning> {
     let missing = &result.missing;
-    (!missing.is_none()).then(|| Warning {
-        code: "missing",
-        message: format!(
+    (!missing.is_none()).then(|| Warning::new("missing", format!(
             "{} of {} points of the true solid's surface are off the result by up to {3}, at cells of {2}: what is narrower than a cell is lost; take a smaller --cell",
             missing.lost,
             missing.samples,
             figure(result.cell),
             figure(missing.max)
-        ),
-    })
+        )))
 }
 
 fn unsound(result: &Thickened) -> Option<Warning> {
-    (!result.is_sound()).then(|| Warning {
-        code: "unsound",
-        message: format!(
+    (!result.is_sound()).then(|| Warning::new("unsound", format!(
             "the solid has {} pairs of triangles that cut each other and {} edges without two triangles; a smaller --cell may help",
             result.self_intersections, result.bad_edges
-        ),
-    })
+        )))
 }

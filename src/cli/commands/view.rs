@@ -3,16 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use midsurf::coping::geometry_checksum;
 use midsurf::io::read_surface;
-use midsurf::mesh::PartOptions;
 use midsurf::view::{Server, Subject};
 
 use crate::cli::shared::console::say;
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{load, load_tags, print_warnings};
-use crate::cli::shared::numbers::positive;
+use crate::cli::shared::input::{load_tags, print_warnings};
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -52,13 +50,14 @@ pub(crate) struct Args {
     /// Go on when the part has gaps
     #[arg(long)]
     allow_open: bool,
-    /// Merge vertices of the part within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
-    weld: Option<f64>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
-    let (mut loaded, mut warnings) = load(&args.part)?;
+    let (mut loaded, mut warnings) = args.reading.load(&args.part, Some(&args.select))?;
     let (coping, more) = load_tags(&args.coping, &loaded, &args.part)?;
     warnings.extend(more);
     print_warnings(&warnings);
@@ -70,15 +69,12 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let (tag_file, tags_are_ours) = tag_file(&args);
     let subject = Subject {
         title: name_of(&args.part),
-        geometry: geometry_checksum(&loaded.mesh),
+        geometry: loaded.geometry(),
         mesh: std::mem::take(&mut loaded.mesh),
         source: std::mem::take(&mut loaded.source),
         coping: coping.flags,
         detection: coping.detection,
-        options: PartOptions {
-            allow_open: args.allow_open,
-            weld: args.weld,
-        },
+        options: args.reading.options(args.allow_open),
         tag_file,
         tags_are_ours,
         surface,
