@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::edges::{EdgeCensus, EdgeKind, EdgeUses};
 use super::error::{PartError, PartWarning};
-use super::mend::{Mended, closing_weld, mend, report};
+use super::mend::{self, Mended, closing_weld, report};
 use super::{Bounds, FaceId, Part, TriMesh};
 
 /// Diagonals outside this range overflow or vanish in products of four lengths.
@@ -36,12 +36,12 @@ pub struct PartOptions {
     /// by the noise of single precision, only if that closes the mesh and folds
     /// no triangle.
     pub weld: Option<f64>,
-    /// Put right also what takes a guess; see [`mend()`].
+    /// Put right also what takes a guess; see [`mend()`](super::mend()).
     pub repair: bool,
 }
 
 impl Part {
-    /// Mends a mesh ([`mend()`]) and makes all checks, in order: indices and
+    /// Mends a mesh ([`mend()`](super::mend())) and makes all checks, in order: indices and
     /// coordinates, size, closedness, volume, walls left.
     ///
     /// Triangles keep their order; pieces of one that was split stand behind it with
@@ -63,14 +63,14 @@ impl Part {
             });
         }
         let mut warnings = check_size(&mesh)?;
+        let (mended, uses) = mend::with_edges(mesh, options)?;
         let Mended {
             mesh,
             origin,
             repairs,
-        } = mend(mesh, options)?;
+        } = mended;
         let coping: Vec<bool> = origin.iter().map(|&o| coping[o as usize]).collect();
         warnings.extend(repairs.into_iter().map(|repair| repair.what));
-        let uses = mesh.edges();
         let census = uses.census();
         warnings.extend(check_edges(&mesh, &uses, &census, options)?);
         let closed = census.is_closed();

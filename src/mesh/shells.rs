@@ -35,15 +35,16 @@ pub struct Shell {
 /// Turns closed shells to what their nesting makes of them. Shells that cut or
 /// touch another one nest in nothing: they keep their side, unless they are inside
 /// out and lie in no other.
-pub(super) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Vec<Repair> {
+///
+/// # Errors
+///
+/// The number of shells, if they are too many to find out which lies in which.
+pub(super) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Result<Vec<Repair>, usize> {
     let shells = closed_shells(mesh, uses);
     if shells.len() < 2 {
-        return Vec::new();
+        return Ok(Vec::new());
     }
-    let Some(depths) = depths(mesh, &shells) else {
-        let shells = shells.len();
-        return vec![Repair::at(PartWarning::ShellsUnchecked { shells }, [])];
-    };
+    let depths = depths(mesh, &shells).ok_or(shells.len())?;
     let mut stray = Turned::default();
     let mut nested = Turned::default();
     let mut wrong = Vec::new();
@@ -80,7 +81,7 @@ pub(super) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Vec<Repair
         };
         repairs.push(Repair::at(what, nested.places));
     }
-    repairs
+    Ok(repairs)
 }
 
 #[derive(Default)]

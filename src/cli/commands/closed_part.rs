@@ -27,7 +27,7 @@ use crate::cli::shared::solid::{SolidArgs, summary};
 /// Flags of `offset` and `hollow`.
 #[derive(clap::Args)]
 pub(crate) struct ClosedPartArgs {
-    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Cell size: a length, `1%` (of the part's diagonal), or auto (256 cells along the result)
     #[arg(

@@ -45,7 +45,7 @@ Exit codes: 0 done, 1 done but the result has cracks, 2 wrong usage or bad input
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     pub(crate) part: PathBuf,
     /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
     /// find them, or `none`

@@ -59,7 +59,7 @@ enum Action {
 
 #[derive(clap::Args)]
 struct ShowArgs {
-    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// The tag file: text, or TOML if its name ends in .toml
     tags: PathBuf,

@@ -39,7 +39,7 @@ Exit codes: 0 done, 1 done but the result is not sound (said on stderr),
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The surface: an open or closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The surface: an open or closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     patch: PathBuf,
     /// Thickness of the solid
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]

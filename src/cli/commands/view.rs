@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use midsurf::io::read_surface;
+use midsurf::mesh::PartOptions;
 use midsurf::view::{Server, Subject};
 
 use crate::cli::shared::console::say;
@@ -32,7 +33,7 @@ Exit codes: 2 wrong usage or bad input, 130 interrupted.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part: a mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part: a mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Coping tags to start with: a file, `auto` to detect them, or `none`; saved tags
     /// go to that file if its name ends in .toml
@@ -74,7 +75,10 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         source: std::mem::take(&mut loaded.source),
         coping: coping.flags,
         detection: coping.detection,
-        options: args.reading.options(args.allow_open),
+        options: PartOptions {
+            allow_open: args.allow_open,
+            ..PartOptions::default()
+        },
         tag_file,
         tags_are_ours,
         surface,

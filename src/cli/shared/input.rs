@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use midsurf::coping::{Coping, Detection, RuleResult, read_tags};
 use midsurf::io::{FacetNames, LoadedMesh, ReadWarning, Unit, read_mesh};
-use midsurf::mesh::{FaceId, Part, PartError};
+use midsurf::mesh::{FaceId, Part, PartError, PartOptions};
 
 use super::console::say;
 use super::coping::{CopingSource, detection_warnings, sliver_words};
@@ -102,7 +102,11 @@ impl Input {
         let (coping, more) = load_tags(tags, &loaded, file)?;
         warnings.extend(more);
         let geometry = loaded.geometry();
-        let options = reading.options(allow_open);
+        // It is mended already.
+        let options = PartOptions {
+            allow_open,
+            ..PartOptions::default()
+        };
         let mesh = std::mem::take(&mut loaded.mesh);
         let flags = coping.flags;
         let (part, more) =

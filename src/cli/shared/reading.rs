@@ -51,15 +51,6 @@ pub(crate) struct SelectArgs {
 }
 
 impl ReadingArgs {
-    /// How the part is checked.
-    pub(crate) fn options(&self, allow_open: bool) -> PartOptions {
-        PartOptions {
-            allow_open,
-            weld: self.weld,
-            repair: self.repair,
-        }
-    }
-
     /// These flags beside a command's own settings.
     pub(crate) fn beside(&self, select: Option<&SelectArgs>, mut settings: Value) -> Value {
         settings["weld"] = json!(self.weld);
@@ -111,7 +102,11 @@ impl ReadingArgs {
         if let Some(factor) = self.scale {
             loaded.scale(factor);
         }
-        let options = self.options(true);
+        let options = PartOptions {
+            allow_open: true,
+            weld: self.weld,
+            repair: self.repair,
+        };
         let mended = loaded.mend(options);
         let refuse = |error| Failure::at(place_of(&error, &loaded), file, &error);
         for repair in mended.map_err(refuse)? {

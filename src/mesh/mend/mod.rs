@@ -29,6 +29,9 @@ use super::{PartOptions, TriMesh};
 pub(super) use gaps::closing_weld;
 pub(super) use orient::report;
 
+/// Times that all steps are gone through at most.
+const ROUNDS: usize = 4;
+
 /// Places that a repair states; all are counted.
 const MOST_PLACES: usize = 1000;
 
@@ -67,6 +70,8 @@ impl Repair {
 struct Work {
     mesh: TriMesh,
     origin: Vec<u32>,
+    /// Shells, where they are too many to find out which lies in which.
+    unchecked: Option<usize>,
 }
 
 /// Edges of each kind that no closed mesh has.
@@ -78,7 +83,11 @@ struct Faults {
 
 impl Faults {
     fn of(mesh: &TriMesh) -> Faults {
-        let census = mesh.edges().census();
+        Faults::among(&mesh.edges())
+    }
+
+    fn among(uses: &EdgeUses) -> Faults {
+        let census = uses.census();
         Faults {
             open: census.open,
             unbalanced: census.unbalanced,
@@ -99,47 +108,97 @@ impl Faults {
 /// [`PartError`] for a weld that would weld the part away, and for a surface of
 /// one side.
 pub fn mend(mesh: TriMesh, options: PartOptions) -> Result<Mended, PartError> {
+    with_edges(mesh, options).map(|(mended, _)| mended)
+}
+
+/// [`mend`], and the edges of the mesh that comes of it.
+pub(super) fn with_edges(
+    mesh: TriMesh,
+    options: PartOptions,
+) -> Result<(Mended, EdgeUses), PartError> {
     let mut work = Work {
         origin: (0..mesh.triangles.len() as u32).collect(),
         mesh: drop_unused(mesh),
+        unchecked: None,
     };
+    let mut uses = work.mesh.edges();
     let mut repairs = Vec::new();
+    // What one step mends may be what another one stumbled over.
+    let mut left = options;
+    for _ in 0..ROUNDS {
+        let before = repairs.len();
+        uses = round(&mut work, uses, left, &mut repairs)?;
+        // Welding again would join what was parted since.
+        left.weld = None;
+        if repairs.len() == before {
+            break;
+        }
+    }
+    if let Some(shells) = work.unchecked {
+        repairs.push(Repair::at(PartWarning::ShellsUnchecked { shells }, []));
+    }
+    let Work { mesh, origin, .. } = work;
+    let mended = Mended {
+        mesh,
+        origin,
+        repairs,
+    };
+    Ok((mended, uses))
+}
+
+/// All steps once, in an order in which each finds what those before it left.
+fn round(
+    work: &mut Work,
+    uses: EdgeUses,
+    options: PartOptions,
+    repairs: &mut Vec<Repair>,
+) -> Result<EdgeUses, PartError> {
+    let start = repairs.len();
+    let faults = Faults::among(&uses);
     // Two shells that touch share positions, not vertices: leave them apart
     // where the mesh is closed as it stands.
-    let mut faults = Faults::of(&work.mesh);
     if options.weld.is_some() || faults.open > 0 {
         repairs.extend(gaps::weld(&mut work.mesh, options)?);
-        faults = Faults::of(&work.mesh);
     }
-    if faults.unbalanced > 0 {
-        repairs.extend(doubled::drop_repeated(&mut work));
+    if faults.all() > 0 {
+        repairs.extend(doubled::drop_repeated(work));
     }
     if options.repair {
-        repairs.extend(doubled::drop_folded(&mut work));
+        repairs.extend(doubled::drop_folded(work));
     }
     if faults.open > 0 {
-        repairs.extend(stitch::close_t_junctions(&mut work, options.repair));
+        repairs.extend(stitch::close_t_junctions(work, options.repair));
     }
-    let mut uses = work.mesh.edges();
+    let mut uses = if repairs.len() > start {
+        work.mesh.edges()
+    } else {
+        uses
+    };
     if let Some(repair) = orient::make_consistent(&mut work.mesh, &uses)? {
         repairs.push(repair);
         uses = work.mesh.edges();
     }
     if options.repair {
         let before = repairs.len();
-        repairs.extend(holes::fill(&mut work, &uses));
-        repairs.extend(pinch::part(&mut work.mesh));
+        repairs.extend(holes::fill(work, &uses));
         if repairs.len() > before {
             uses = work.mesh.edges();
         }
+        // Equal vertices of an open mesh are welded.
+        if Faults::among(&uses).open == 0 {
+            repairs.extend(pinch::part(&mut work.mesh));
+        }
     }
     repairs.extend(orient::make_outward(&mut work.mesh));
-    repairs.extend(turn_by_nesting(&mut work.mesh, &uses));
-    Ok(Mended {
-        mesh: drop_unused(work.mesh),
-        origin: work.origin,
-        repairs,
-    })
+    match turn_by_nesting(&mut work.mesh, &uses) {
+        Ok(turned) => repairs.extend(turned),
+        Err(shells) => work.unchecked = Some(shells),
+    }
+    if repairs.len() > start {
+        work.mesh = drop_unused(std::mem::take(&mut work.mesh));
+        uses = work.mesh.edges();
+    }
+    Ok(uses)
 }
 
 impl Work {

@@ -26,6 +26,7 @@ pub(super) fn close_t_junctions(work: &mut Work, all: bool) -> Option<Repair> {
     let mut tried = Work {
         mesh: work.mesh.clone(),
         origin: work.origin.clone(),
+        unchecked: None,
     };
     match pass(&mut tried, &|length, _| noise.min(1e-3 * length)) {
         Some(second) if all || Faults::of(&tried.mesh).open == 0 => {
