@@ -34,19 +34,19 @@ fn one_solid_of_several_by_number_or_name() {
         "two.stl",
         stl_text(&plate(), "plate") + &stl_text(&far, "tile 1"),
     );
-    let area = |solid: &str| {
-        let told = report(
-            &desk,
-            &["extract", "two.stl", "--coping", "none", "--solid", solid],
-        );
-        told["input"]["area"].as_f64().unwrap()
+    let volume = |solid: &str| {
+        let args = [
+            "info", "two.stl", "--coping", "none", "--json", "--solid", solid,
+        ];
+        let output = desk.run(&args);
+        let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+        told["volume"].as_f64().unwrap()
     };
-    let [first, second] = [2.0 * (240.0 + 64.0), 2.0 * (64.0 + 16.0)];
-    assert_eq!(area("plate"), first);
-    assert_eq!(area("1"), first);
-    assert_eq!(area("tile 1"), second);
-    assert_eq!(area("2"), second);
-    assert_eq!(area("all"), first + second);
+    assert_eq!(volume("plate"), 480.0);
+    assert_eq!(volume("1"), 480.0);
+    assert_eq!(volume("tile 1"), 64.0);
+    assert_eq!(volume("2"), 64.0);
+    assert_eq!(volume("all"), 544.0);
     // Tags keep counting the facets of the file.
     desk.put("tags.txt", "12-23\n");
     let output = desk.run(&["tags", "two.stl", "tags.txt", "--solid", "2", "--json"]);

@@ -17,6 +17,7 @@ use crate::cli::shared::pool;
 use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::named;
 use crate::cli::shared::run::{check_names, check_suffix};
+use midsurf::io::Unit;
 use midsurf::io::quote::{shown, shown_path};
 
 const EXAMPLES: &str = "\
@@ -81,6 +82,7 @@ struct Info {
     min: [f64; 3],
     max: [f64; 3],
     diagonal: f64,
+    unit: Option<Unit>,
     groups: Vec<String>,
     objects: Vec<String>,
     materials: Vec<String>,
@@ -190,6 +192,7 @@ impl Info {
             min: bounds.min.to_array(),
             max: bounds.max.to_array(),
             diagonal: bounds.diagonal(),
+            unit: input.unit,
             groups: unique(sets.iter().flat_map(|set| set.groups.clone())),
             objects: unique(sets.iter().filter_map(object)),
             materials: unique(sets.iter().filter_map(material)),
@@ -241,6 +244,9 @@ impl Info {
             figure(b[2] - a[2]),
             figure(self.diagonal)
         )?;
+        if let Some(unit) = self.unit {
+            writeln!(out, "unit         {unit}")?;
+        }
         match &self.thickness {
             Some(t) => writeln!(
                 out,
