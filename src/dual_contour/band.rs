@@ -29,6 +29,7 @@ use smallvec::SmallVec;
 use super::block::{Bits, Block, SIDE, block_of, local};
 use super::grid::Grid;
 use super::implicit::{Implicit, Sample};
+use crate::settings::progress::{Stop, Stopped};
 
 /// Which filters are on; all of them, except to measure what each is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,16 +91,18 @@ impl Band {
         grid: &Grid,
         filters: Filters,
         tick: impl Fn(u64, u64) + Sync,
-    ) -> Band {
+        stop: &Stop,
+    ) -> Result<Band, Stopped> {
         let side = filters.box_cells;
         let nodes = grid.cells() + 1;
         let boxes = (nodes + side - 1) / side;
         let total = boxes.as_i64vec3().element_product() as u64;
         let done = AtomicU64::new(0);
         let tallies = Tallies::default();
-        let parts: Vec<Vec<Block>> = (0..total)
+        let parts: Result<Vec<Vec<Block>>, Stopped> = (0..total)
             .into_par_iter()
             .map(|i| {
+                stop.heed()?;
                 let i = i as i64;
                 let (x, y) = (i64::from(boxes.x), i64::from(boxes.y));
                 let place = IVec3::new((i % x) as i32, (i / x % y) as i32, (i / (x * y)) as i32);
@@ -114,19 +117,19 @@ impl Band {
                 search.top_box(place * side);
                 tallies.add(&search.counts);
                 tick(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-                search.blocks
+                Ok(search.blocks)
             })
             .collect();
         let mut counts = tallies.total();
         counts.nodes = nodes.as_i64vec3().element_product() as u64;
         let mut band = Band {
-            blocks: parts.into_iter().flatten().collect(),
+            blocks: parts?.into_iter().flatten().collect(),
             counts,
             places: FxHashMap::default(),
         };
         band.sort();
         band.counts.distances += band.settle(solid, grid);
-        band
+        Ok(band)
     }
 
     /// Puts the blocks in order.

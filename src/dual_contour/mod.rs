@@ -56,7 +56,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::mesh::TriMesh;
-use crate::settings::progress::Progress;
+use crate::settings::progress::{Progress, Stop, Stopped};
 use band::Band;
 use cells::Cells;
 use edges::Edges;
@@ -117,24 +117,30 @@ pub struct Work {
 }
 
 /// Contours the surface of a solid.
+///
+/// # Errors
+///
+/// [`Stopped`], if it was asked to.
 pub fn contour(
     solid: &impl Implicit,
     grid: &Grid,
     settings: &Settings,
     progress: &Progress,
-) -> Contour {
+    stop: &Stop,
+) -> Result<Contour, Stopped> {
     let start = Instant::now();
-    let band = Band::build(solid, grid, settings.filters, |done, total| {
-        progress("band", done, total);
-    });
+    let tick = |done, total| progress("band", done, total);
+    let band = Band::build(solid, grid, settings.filters, tick, stop)?;
     let filters = band.counts;
     let band_seconds = start.elapsed().as_secs_f64();
 
     progress("edges", 0, 0);
     let edges = Edges::solve(solid, grid, band);
+    stop.heed()?;
     progress("cells", 0, 0);
     let cells = Cells::place(solid, grid, &edges);
     let in_cells = cells.vertex_count();
+    stop.heed()?;
     progress("faces", 0, 0);
     let faces = Faces::place(
         solid,
@@ -145,6 +151,7 @@ pub fn contour(
         in_cells as u32,
     );
     let on_faces = faces.vertex_count();
+    stop.heed()?;
     progress("mesh", 0, 0);
     let before_rings = Instant::now();
     let (triangles, on_edges, rings) = polygon::triangulate(
@@ -169,6 +176,7 @@ pub fn contour(
     drop(faces);
     vertices.extend(on_edges);
 
+    stop.heed()?;
     progress("mend", 0, 0);
     let mut triangles = triangles;
     let mends = mend::mend(
@@ -179,7 +187,8 @@ pub fn contour(
         &mut triangles,
     );
     let positions = vertices.into_iter().map(|v| v.position).collect();
-    Contour {
+    stop.heed()?;
+    Ok(Contour {
         mesh: TriMesh {
             positions,
             triangles,
@@ -195,5 +204,5 @@ pub fn contour(
             contour_seconds: start.elapsed().as_secs_f64() - band_seconds,
             ring_seconds,
         },
-    }
+    })
 }

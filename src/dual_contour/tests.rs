@@ -113,7 +113,15 @@ fn contoured(nodes: &Nodes, tolerance: f64) -> TriMesh {
         tolerance,
         filters: Filters::default(),
     };
-    contour(nodes, &nodes.grid, &settings, &|_, _, _| {}).mesh
+    contour(
+        nodes,
+        &nodes.grid,
+        &settings,
+        &|_, _, _| {},
+        &Stop::default(),
+    )
+    .unwrap()
+    .mesh
 }
 
 /// A number between 0 and 1 that looks like noise.
@@ -217,7 +225,7 @@ fn contradictions_leave_no_hole() {
                 ..Filters::default()
             },
         };
-        let result = contour(&liar, &liar.0, &settings, &|_, _, _| {});
+        let result = contour(&liar, &liar.0, &settings, &|_, _, _| {}, &Stop::default()).unwrap();
         assert!(result.mesh.triangles.len() > 1000);
         check(&result.mesh, "liar");
     }

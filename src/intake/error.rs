@@ -7,9 +7,11 @@ use thiserror::Error;
 
 use crate::coping::TagError;
 use crate::io::quote::shown_path;
-use crate::io::{LoadedMesh, Place, ReadError};
+use crate::io::{LoadedMesh, NoSolid, Place, ReadError};
 use crate::mesh::PartError;
+use crate::settings::cell::BadCell;
 use crate::settings::memory::Bytes;
+use crate::subdivide::CageError;
 
 /// Why files make no part.
 #[derive(Debug, Error, Diagnostic)]
@@ -33,6 +35,39 @@ pub enum IntakeError {
         place: Place,
         /// What is wrong.
         problem: PartError,
+    },
+    /// A sag for what has its chords already.
+    #[error("{}: --cad-sag is for CAD models", shown_path(.0))]
+    #[diagnostic(help("leave --cad-sag away: a mesh has its chords already"))]
+    NoCad(PathBuf),
+    /// The sag of a CAD model is no length.
+    #[error("{}: {problem}", shown_path(file))]
+    #[diagnostic(help("give --cad-sag a length, or a share of the diagonal as 0.1%"))]
+    Sag {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        problem: BadCell,
+    },
+    /// The file has no such solid.
+    #[error("{}: {problem}", shown_path(file))]
+    #[diagnostic(forward(problem))]
+    Solid {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        problem: NoSolid,
+    },
+    /// The control mesh is none.
+    #[error("{}: {problem}", place.within(file))]
+    #[diagnostic(forward(problem))]
+    Control {
+        /// The file at fault.
+        file: PathBuf,
+        /// Where in it.
+        place: Place,
+        /// What is wrong.
+        problem: CageError,
     },
     /// The file would not fit into the memory left.
     #[error(

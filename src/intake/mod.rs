@@ -2,20 +2,28 @@
 //! what the command and all that stands in its place begin with.
 //!
 //! * [`Input`]: the part, and what is worth knowing of where it came from.
+//! * [`Reading`]: what is done to it as it is read.
 //! * [`CopingSource`]: whence the tags.
+//! * [`ControlInput`]: the control mesh of a subdivision surface.
+//! * [`balls`]: what is said of surfaces with a thickness.
 //! * [`IntakeError`]: why there is no part, with the file and the line.
 
+pub mod balls;
+mod control;
 mod error;
+mod reading;
 mod tags;
 
 use std::path::{Path, PathBuf};
 
+pub use control::ControlInput;
 pub use error::IntakeError;
+pub use reading::Reading;
 pub use tags::{CopingSource, facets, shown_ranges};
 
-use crate::coping::{Coping, Detection, RuleResult, geometry_checksum, read_tags};
+use crate::coping::{Coping, Detection, RuleResult, read_tags};
 use crate::io::quote::shown_path;
-use crate::io::{FacetNames, LoadedMesh, ReadWarning, read_mesh};
+use crate::io::{FacetNames, LoadedMesh, ReadWarning, Unit, read_mesh};
 use crate::mesh::{FaceId, Part, PartError, PartOptions};
 use crate::settings::memory::{Bytes, available};
 use crate::settings::warning::Warning;
@@ -40,13 +48,15 @@ pub struct Input {
     pub detection: Option<Detection>,
     /// Facet of the file that each triangle comes from.
     pub source: Vec<u32>,
+    /// Unit of all lengths, where it is known.
+    pub unit: Option<Unit>,
     /// The part.
     pub part: Part,
     /// What was odd but could be put right.
     pub warnings: Vec<Warning>,
 }
 
-/// Reads a mesh file.
+/// Reads a mesh file that is no part: a surface.
 ///
 /// # Errors
 ///
@@ -62,10 +72,10 @@ pub fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), IntakeError> {
 
 /// What a reader met, with the file's name.
 pub fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
-    Warning {
-        code: warning.code,
-        message: format!("{}: {}", warning.place.within(file), warning.message),
-    }
+    Warning::new(
+        warning.code,
+        format!("{}: {}", warning.place.within(file), warning.message),
+    )
 }
 
 /// Bytes that reading and checking a file takes at the peak, over its size;
@@ -109,28 +119,46 @@ pub fn load_tags(
         CopingSource::Auto => Coping::detected(loaded),
         CopingSource::File(file) => read_tags(file, loaded, mesh_file)?,
         CopingSource::Flags(flags) => Coping {
-            flags: flags.clone(),
+            flags: flags_of(flags, loaded, mesh_file)?,
             ..Coping::none(loaded)
         },
     };
     let place = shown_path(tags.file().unwrap_or(mesh_file));
-    let empty = coping.warnings.iter().map(|message| Warning {
-        code: "empty_rule",
-        message: format!("{place}: {message}"),
+    let empty = coping.warnings.iter();
+    let empty = empty.map(|message| Warning::new("empty_rule", format!("{place}: {message}")));
+    let scaled = coping.scaled.map(|factor| {
+        Warning::new(
+            "other_units",
+            format!("{place}: no place that a rule names lies at the part, but all would if it were {factor} times as large: are part and tags in different units? --scale {factor} on the part"),
+        )
     });
     let found = coping.detection.as_ref();
     let found = found.map(|detection| detection_warnings(detection, mesh_file));
-    let slivers = coping.slivers.iter().map(|sliver| Warning {
-        code: "sliver",
-        message: format!(
-            "{}: {}",
-            shown_path(mesh_file),
-            sliver_words(sliver, &loaded.source)
-        ),
+    let slivers = coping.slivers.iter().map(|sliver| {
+        let words = sliver_words(sliver, &loaded.source);
+        Warning::new("sliver", format!("{}: {words}", shown_path(mesh_file)))
     });
-    let warnings = empty.chain(found.into_iter().flatten());
+    let warnings = empty.chain(scaled).chain(found.into_iter().flatten());
     let warnings = warnings.chain(slivers).collect();
     Ok((coping, warnings))
+}
+
+/// A flag for every triangle from those of the facets that they come from.
+fn flags_of(
+    flags: &[bool],
+    loaded: &LoadedMesh,
+    mesh_file: &Path,
+) -> Result<Vec<bool>, IntakeError> {
+    let facets = loaded.facet_count();
+    if flags.len() != facets {
+        let problem = PartError::CopingLength {
+            flags: flags.len(),
+            triangles: facets,
+        };
+        return Err(IntakeError::in_mesh(mesh_file, loaded, problem));
+    }
+    let flag = |&facet: &u32| flags[facet as usize];
+    Ok(loaded.source.iter().map(flag).collect())
 }
 
 impl Input {
@@ -142,14 +170,15 @@ impl Input {
     pub fn read(
         file: &Path,
         tags: &CopingSource,
-        options: PartOptions,
+        reading: &Reading,
+        allow_open: bool,
     ) -> Result<Input, IntakeError> {
-        let (loaded, warnings) = load(file)?;
-        Input::of(loaded, warnings, file, tags, options)
+        let (loaded, warnings) = reading.load(file)?;
+        Input::of(loaded, warnings, file, tags, allow_open)
     }
 
-    /// Checks a mesh with its tags; `file` is its name in messages, `warnings`
-    /// what was said of it so far.
+    /// Checks a mesh that was [prepared](Reading::prepare) with its tags; `file`
+    /// is its name in messages, `warnings` what was said of it so far.
     ///
     /// # Errors
     ///
@@ -159,11 +188,16 @@ impl Input {
         mut warnings: Vec<Warning>,
         file: &Path,
         tags: &CopingSource,
-        options: PartOptions,
+        allow_open: bool,
     ) -> Result<Input, IntakeError> {
         let (coping, more) = load_tags(tags, &loaded, file)?;
         warnings.extend(more);
-        let geometry = geometry_checksum(&loaded.mesh);
+        let geometry = loaded.geometry();
+        // It is mended already.
+        let options = PartOptions {
+            allow_open,
+            ..PartOptions::default()
+        };
         let mesh = std::mem::take(&mut loaded.mesh);
         let (part, more) = Part::new(mesh, coping.flags, options).map_err(|error| {
             match (&error, tags.file()) {
@@ -174,9 +208,8 @@ impl Input {
                 _ => IntakeError::in_mesh(file, &loaded, error),
             }
         })?;
-        warnings.extend(more.iter().map(|warning| Warning {
-            code: warning.code(),
-            message: format!("{}: {warning}", shown_path(file)),
+        warnings.extend(more.iter().map(|warning| {
+            Warning::new(warning.code(), format!("{}: {warning}", shown_path(file)))
         }));
         Ok(Input {
             file: file.to_owned(),
@@ -187,9 +220,21 @@ impl Input {
             rules: coping.rules,
             detection: coping.detection,
             source: loaded.source,
+            unit: loaded.unit,
             part,
             warnings,
         })
+    }
+
+    /// Leaves out what does not concern who asks what a part is: where no tags
+    /// were asked for none are missing, and nothing hangs on single faces.
+    pub fn keep_for_info(&mut self, tags: &CopingSource) {
+        let asked = *tags != CopingSource::None;
+        self.warnings.retain(|warning| match warning.code {
+            "no_coping" => asked,
+            "coping_doubt" | "coping_doubts" => false,
+            _ => true,
+        });
     }
 
     /// First name that the file gives a triangle.
@@ -218,8 +263,7 @@ mod tests {
     }
 
     fn input(tags: CopingSource) -> Result<Input, IntakeError> {
-        let options = PartOptions::default();
-        Input::of(mesh(), Vec::new(), Path::new("part"), &tags, options)
+        Input::of(mesh(), Vec::new(), Path::new("part"), &tags, false)
     }
 
     #[test]
@@ -229,6 +273,23 @@ mod tests {
         assert_eq!(input.part.coping(), flags);
         assert_eq!(input.source, [0, 1, 2, 3]);
         assert_eq!(input.name_of(FaceId(1)), None);
+    }
+
+    #[test]
+    fn flags_go_with_what_a_facet_became() {
+        // A vertex on an edge of the neighbour, which is split there.
+        let mut mesh = mesh().mesh;
+        mesh.positions.push(DVec3::new(0.5, 0.0, 0.0));
+        mesh.triangles[1] = [0, 4, 3];
+        mesh.triangles.push([4, 1, 3]);
+        let file = Path::new("part");
+        let reading = Reading::default();
+        let (loaded, warnings) =
+            (reading.prepare(LoadedMesh::of(mesh).unwrap(), Vec::new(), file)).unwrap();
+        assert_eq!(loaded.source.len(), 6);
+        let tags = CopingSource::Flags(vec![true, false, false, false, false]);
+        let input = Input::of(loaded, warnings, file, &tags, false).unwrap();
+        assert_eq!(input.part.coping_count(), 2);
     }
 
     #[test]

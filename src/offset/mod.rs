@@ -36,7 +36,7 @@ use crate::mesh::{Bounds, Frame, Part, Simplify, TriMesh, simplify};
 use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
-use crate::settings::progress::Progress;
+use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::settings::warning::Warning;
 use bodies::one_solid;
 use solid::OffsetSolid;
@@ -125,6 +125,16 @@ pub enum OffsetError {
     )]
     #[diagnostic(help("take a smaller distance or thickness, or smaller cells"))]
     Empty(f64),
+    /// It was asked to stop; see [`offset_until`].
+    #[error("stopped on request")]
+    #[diagnostic(help("start again"))]
+    Stopped,
+}
+
+impl From<Stopped> for OffsetError {
+    fn from(_: Stopped) -> OffsetError {
+        OffsetError::Stopped
+    }
 }
 
 /// What is wrong with the part, but not so that nothing could be done.
@@ -182,7 +192,7 @@ impl OffsetWarning {
                     .to_owned(),
             ),
         };
-        Warning { code, message }
+        Warning::new(code, message)
     }
 }
 
@@ -228,6 +238,20 @@ pub fn offset(
     settings: &Settings,
     progress: &Progress,
 ) -> Result<Offset, OffsetError> {
+    offset_until(part, settings, progress, &Stop::default())
+}
+
+/// As [`offset()`], but ends early when asked to.
+///
+/// # Errors
+///
+/// As [`offset()`], and [`OffsetError::Stopped`].
+pub fn offset_until(
+    part: &Part,
+    settings: &Settings,
+    progress: &Progress,
+    stop: &Stop,
+) -> Result<Offset, OffsetError> {
     check(part, settings)?;
     let distance = settings.distance;
     let start = Instant::now();
@@ -237,6 +261,7 @@ pub fn offset(
     let frame = Frame::around(&part.bounds().grown(distance.max(0.0)));
     let part = &*part.in_frame(frame);
     let (field, warnings) = field(part, settings, bodies.warning);
+    stop.heed()?;
     let field_seconds = start.elapsed().as_secs_f64();
 
     let solid = OffsetSolid::new(&field, distance);
@@ -245,7 +270,7 @@ pub fn offset(
         tolerance: settings.tolerance,
         filters: settings.filters,
     };
-    let mut contour = dual_contour::contour(&solid, &grid, &contour_settings, progress);
+    let mut contour = dual_contour::contour(&solid, &grid, &contour_settings, progress, stop)?;
     if contour.mesh.triangles.is_empty() {
         return Err(OffsetError::Empty(distance.abs()));
     }

@@ -63,7 +63,7 @@ pub fn account(result: &Extraction) -> Value {
 pub fn warnings(input: &Input, result: &Extraction) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let mut warn = |code, message: String| {
-        warnings.push(Warning { code, message });
+        warnings.push(Warning::new(code, message));
     };
     if result.solid.is_some() {
         warn(

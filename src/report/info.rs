@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::thickness::WallThickness;
 use crate::intake::Input;
-use crate::io::NameSet;
+use crate::io::{NameSet, Unit};
 use crate::mesh::EdgeCensus;
 use crate::settings::warning::Warning;
 
@@ -49,6 +49,8 @@ pub struct Info {
     pub max: [f64; 3],
     /// Diagonal of the box.
     pub diagonal: f64,
+    /// Unit of all lengths, where it is known.
+    pub unit: Option<Unit>,
     /// Groups that the file names.
     pub groups: Vec<String>,
     /// Objects that the file names.
@@ -110,6 +112,7 @@ impl Info {
             min: bounds.min.to_array(),
             max: bounds.max.to_array(),
             diagonal: bounds.diagonal(),
+            unit: input.unit,
             groups: unique(sets.iter().flat_map(|set| set.groups.clone())),
             objects: unique(sets.iter().filter_map(object)),
             materials: unique(sets.iter().filter_map(material)),

@@ -48,13 +48,10 @@ pub(super) fn missed_tags(input: &Input, result: &Extraction) -> Vec<Warning> {
             break;
         }
         let [x, y, z] = place.to_array().map(figure);
-        warnings.push(Warning {
-            code: "missed_coping",
-            message: format!(
+        warnings.push(Warning::new("missed_coping", format!(
                 "{what} at ({x}, {y}, {z}), before triangles {}: they look like the end of a wall but are not tagged as coping",
                 shown_ranges(&facets(&input.source, &face.triangles))
-            ),
-        });
+            )));
     }
     warnings
 }

@@ -2,6 +2,7 @@
 //! its reports, the Python package.
 
 pub mod bodies;
+pub mod detection;
 pub mod extraction;
 pub mod info;
 mod missed;

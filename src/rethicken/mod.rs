@@ -47,7 +47,7 @@ use crate::mesh::TriMesh;
 use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
-use crate::settings::progress::Progress;
+use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::settings::warning::Warning;
 use solid::SlabSolid;
 
@@ -159,6 +159,16 @@ pub enum RethickenError {
     #[error("the solid is thinner than a cell everywhere; take a cell smaller than {0}")]
     #[diagnostic(help("take a smaller --cell"))]
     Empty(f64),
+    /// It was asked to stop; see [`rethicken_until`].
+    #[error("stopped on request")]
+    #[diagnostic(help("start again"))]
+    Stopped,
+}
+
+impl From<Stopped> for RethickenError {
+    fn from(_: Stopped) -> RethickenError {
+        RethickenError::Stopped
+    }
 }
 
 /// A solid and what it took.
@@ -186,12 +196,10 @@ impl RethickenWarning {
     /// The same in words.
     pub fn explained(self) -> Warning {
         match self {
-            RethickenWarning::CoarseCell => Warning {
-                code: "coarse_cell",
-                message:
-                    "the cell is larger than half the least thickness: thin places may be missed"
-                        .to_owned(),
-            },
+            RethickenWarning::CoarseCell => Warning::new(
+                "coarse_cell",
+                "the cell is larger than half the least thickness: thin places may be missed",
+            ),
         }
     }
 }
@@ -209,6 +217,20 @@ pub fn rethicken(
     surface: &BallSurface,
     settings: &Settings,
     progress: &Progress,
+) -> Result<Rethickened, RethickenError> {
+    rethicken_until(surface, settings, progress, &Stop::default())
+}
+
+/// As [`rethicken`], but ends early when asked to.
+///
+/// # Errors
+///
+/// As [`rethicken`], and [`RethickenError::Stopped`].
+pub fn rethicken_until(
+    surface: &BallSurface,
+    settings: &Settings,
+    progress: &Progress,
+    stop: &Stop,
 ) -> Result<Rethickened, RethickenError> {
     let Settings {
         cell, tolerance, ..
@@ -236,7 +258,7 @@ pub fn rethicken(
         tolerance,
         filters: Filters::default(),
     };
-    let mut contour = dual_contour::contour(&solid, &grid, &contour_settings, progress);
+    let mut contour = dual_contour::contour(&solid, &grid, &contour_settings, progress, stop)?;
     let least = surface.least_thickness();
     if contour.mesh.triangles.is_empty() {
         return Err(RethickenError::Empty(0.5 * least));

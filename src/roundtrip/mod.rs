@@ -16,12 +16,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::extract::{self, ExtractError, Extraction, extract};
+use crate::extract::{self, ExtractError, Extraction, extract_until};
 use crate::field::Field;
 use crate::mesh::{FaceId, Frame, Part, TriMesh, self_intersections};
-use crate::rethicken::{self, BallSurface, RethickenError, Rethickened, rethicken};
+use crate::rethicken::{self, BallSurface, RethickenError, Rethickened, rethicken_until};
 use crate::settings::cell::{CellSize, Scale};
-use crate::settings::progress::Progress;
+use crate::settings::progress::{Progress, Stop};
 use crate::walls::{Separation, Walls};
 use overlap::overlap;
 use pruned::Pruned;
@@ -125,7 +125,21 @@ pub fn roundtrip(
     settings: &Settings,
     progress: &Progress,
 ) -> Result<RoundTrip, RoundTripError> {
-    let extraction = extract(part, &settings.extract, progress)?;
+    roundtrip_until(part, settings, progress, &Stop::default())
+}
+
+/// As [`roundtrip`], but ends early when asked to.
+///
+/// # Errors
+///
+/// As [`roundtrip`]; that of the stage that was stopped.
+pub fn roundtrip_until(
+    part: &Part,
+    settings: &Settings,
+    progress: &Progress,
+    stop: &Stop,
+) -> Result<RoundTrip, RoundTripError> {
+    let extraction = extract_until(part, &settings.extract, progress, stop)?;
     let surface = BallSurface::of(&extraction.surface)?;
     let mut solid_settings = rethicken::Settings::new(&surface);
     let scale = Scale {
@@ -135,7 +149,7 @@ pub fn roundtrip(
     };
     solid_settings.cell = (settings.solid_cell.resolve(&scale)).map_err(RethickenError::from)?;
     solid_settings.memory_limit = settings.memory_limit;
-    let solid = rethicken(&surface, &solid_settings, progress)?;
+    let solid = rethicken_until(&surface, &solid_settings, progress, stop)?;
     progress("compare", 0, 0);
     let separation = extract::separation(&settings.extract);
     let part = extraction.solid.as_ref().unwrap_or(part);

@@ -14,6 +14,7 @@
 //! surface; mid-side nodes follow, in order of their edges.
 
 pub mod mass;
+mod names;
 mod normals;
 pub mod placement;
 pub mod properties;

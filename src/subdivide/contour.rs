@@ -14,10 +14,10 @@ use super::cage::Cage;
 use super::{Boundary, SubdivideError, check_thickness, tessellate};
 use crate::field::Field;
 use crate::mesh::{FaceId, Part, PartError, PartOptions, TriMesh, self_intersections};
-use crate::offset::{self, OffsetError, hollowed, offset};
+use crate::offset::{self, OffsetError, hollowed, offset_until};
 use crate::settings::cell::{CellSize, Scale};
 use crate::settings::precision::Precision;
-use crate::settings::progress::Progress;
+use crate::settings::progress::{Progress, Stop};
 
 /// What to contour, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +85,20 @@ pub fn contour(
     settings: &ContourSettings,
     progress: &Progress,
 ) -> Result<ContourSolid, ContourError> {
+    contour_until(cage, settings, progress, &Stop::default())
+}
+
+/// As [`contour`], but ends early when asked to.
+///
+/// # Errors
+///
+/// As [`contour`], and [`OffsetError::Stopped`].
+pub fn contour_until(
+    cage: &Cage,
+    settings: &ContourSettings,
+    progress: &Progress,
+    stop: &Stop,
+) -> Result<ContourSolid, ContourError> {
     check_thickness(cage, settings.thickness)?;
     if !cage.is_closed() {
         return Err(ContourError::Open);
@@ -104,7 +118,7 @@ pub fn contour(
         precision: settings.precision,
         ..automatic
     };
-    let wall = offset(&part, &wall_settings, progress)?;
+    let wall = offset_until(&part, &wall_settings, progress, stop)?;
     progress("thickness", 0, 0);
     let mesh = hollowed(&part, &wall.mesh);
     let thickness = [(part.mesh(), &wall.mesh), (&wall.mesh, part.mesh())]

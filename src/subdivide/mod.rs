@@ -39,13 +39,14 @@ mod ring;
 mod solid;
 #[cfg(test)]
 mod tests;
+mod warning;
 
 use glam::DVec3;
 use miette::Diagnostic;
 use thiserror::Error;
 
 pub use cage::{Cage, CageError, Polygon};
-pub use contour::{ContourError, ContourSettings, ContourSolid, contour};
+pub use contour::{ContourError, ContourSettings, ContourSolid, contour, contour_until};
 pub use crust::{Crust, Scheme};
 pub use fold::{FoldFree, fold_free};
 pub use grid::{Grid, MOST_POINTS, Samples};
@@ -126,6 +127,25 @@ pub enum SubdivideError {
         samples: usize,
         /// Faces at the level.
         faces: usize,
+    },
+    /// More memory than is allowed.
+    #[error(
+        "{samples} samples at level {level} need about {needed:.1} GB, and {allowed:.1} GB are allowed; {fit} samples would fit"
+    )]
+    #[diagnostic(help(
+        "take fewer --samples or --levels; raise --memory-limit if the machine has more memory"
+    ))]
+    Memory {
+        /// Steps along a side.
+        samples: usize,
+        /// The level.
+        level: u32,
+        /// Gigabytes that they take.
+        needed: f64,
+        /// Gigabytes allowed.
+        allowed: f64,
+        /// Steps along a side that would fit.
+        fit: usize,
     },
     /// Too many steps.
     #[error("{0} subdivision steps are more than {MOST_LEVELS}")]
@@ -431,13 +451,32 @@ fn faces_at(cage: &Cage, level: u32) -> usize {
     }
 }
 
-/// About how many bytes a solid of this level and these samples takes, and how
-/// many samples fit into so many bytes.
-pub fn memory(cage: &Cage, level: u32, samples: usize, allowed: u64) -> (f64, usize) {
+/// Refuses samples that would take more than so many bytes. A tolerance looks at
+/// finer levels only while those are small.
+///
+/// # Errors
+///
+/// [`SubdivideError::Memory`], with the samples that would fit.
+pub fn check_memory(
+    cage: &Cage,
+    level: u32,
+    samples: usize,
+    allowed: u64,
+) -> Result<(), SubdivideError> {
     let faces = faces_at(cage, level) as f64;
-    let needed = faces * (BYTES_PER_FACE + BYTES_PER_POINT * (samples * samples) as f64);
-    let fits = ((allowed as f64 / faces - BYTES_PER_FACE) / BYTES_PER_POINT).max(0.0);
-    (needed, fits.sqrt() as usize)
+    let needed = faces * (BYTES_PER_FACE + BYTES_PER_POINT * (samples as f64).powi(2));
+    let allowed = allowed as f64;
+    if needed <= allowed {
+        return Ok(());
+    }
+    let fits = ((allowed / faces - BYTES_PER_FACE) / BYTES_PER_POINT).max(0.0);
+    Err(SubdivideError::Memory {
+        samples,
+        level,
+        needed: needed / 1e9,
+        allowed: allowed / 1e9,
+        fit: fits.sqrt() as usize,
+    })
 }
 
 /// Refuses what would be too many points before any memory is spent on them.

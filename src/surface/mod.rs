@@ -64,6 +64,21 @@ pub struct Ball {
 }
 
 impl Ball {
+    /// The two footpoints that are farthest apart: those that the thickness is
+    /// the distance of. The first such pair, where several are equally far.
+    pub fn widest(&self) -> Option<[DVec3; 2]> {
+        let apart = |pair: &(DVec3, DVec3)| (pair.0 - pair.1).length_squared();
+        let wider = |best: (DVec3, DVec3), pair| {
+            if apart(&pair) > apart(&best) {
+                pair
+            } else {
+                best
+            }
+        };
+        let (p, q) = pairs(&self.footpoints).reduce(wider)?;
+        Some([q, p])
+    }
+
     /// The ball around `centre` that touches at these points.
     pub fn touching(centre: DVec3, footpoints: SmallVec<[DVec3; 2]>) -> Ball {
         let thickness = pairs(&footpoints)

@@ -8,7 +8,7 @@ use super::graph::{Counts, Crack, SeamEnd, SheetGraph};
 use super::listing::listing;
 use super::marked::{Line, MarkedMesh, edge};
 use super::shapes::{band, book, built, grid, marked, mesh, no_field, part, raw, shuffled, vertex};
-use super::{MidSurface, VertexKind, segments};
+use super::{Ball, MidSurface, VertexKind, segments};
 use crate::field::Field;
 
 /// What every result must hold, whatever the mesh.
@@ -268,4 +268,13 @@ fn a_plate_knows_its_thickness() {
     assert!((sheet.area - 2400.0).abs() < 1e-6);
     assert!((sheet.angle.min - 180.0).abs() < 1e-3);
     assert!((sheet.thickness.median - 2.0).abs() < 1e-9);
+}
+
+#[test]
+fn the_widest_footpoints_are_as_far_apart_as_the_wall_is_thick() {
+    let feet = [DVec3::X, -DVec3::X, DVec3::Y];
+    let ball = Ball::touching(DVec3::ZERO, feet.into_iter().collect());
+    assert_eq!(ball.widest(), Some([DVec3::X, -DVec3::X]));
+    assert_eq!(ball.thickness, 2.0);
+    assert_eq!(Ball::default().widest(), None);
 }

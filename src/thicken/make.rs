@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::dual_contour::{self, Contour, Grid, GridError, Numbers};
 use crate::mesh::{Bounds, TriMesh, cleared, self_intersections};
-use crate::settings::progress::Progress;
+use crate::settings::progress::{Progress, Stop, Stopped};
 
 use super::measure::{Missing, deviation, missing};
 use super::patch::Patch;
@@ -39,6 +39,7 @@ pub(super) struct Maker<'a> {
     pub settings: &'a Settings,
     pub numbers: Numbers,
     pub progress: &'a Progress<'a>,
+    pub stop: &'a Stop,
 }
 
 /// What was tried.
@@ -83,7 +84,7 @@ impl Maker<'_> {
             let cell = finer * self.settings.cell;
             for shift in shifts {
                 match self.grid(cell, shift * cell) {
-                    Ok(grid) => self.contour(&grid, &mut tried),
+                    Ok(grid) => self.contour(&grid, &mut tried)?,
                     Err(error) if tried.whole.is_none() => return Err(error.into()),
                     Err(_) => return self.finish(tried),
                 }
@@ -138,17 +139,18 @@ impl Maker<'_> {
     }
 
     /// Contours on a grid, and cuts and joins until one does.
-    fn contour(&self, grid: &Grid, tried: &mut Tried) {
+    fn contour(&self, grid: &Grid, tried: &mut Tried) -> Result<(), Stopped> {
         let cell = grid.cell();
         let solid = ThickSolid::new(self.patch, self.settings.thickness, cell);
         let how = dual_contour::Settings {
             tolerance: self.settings.tolerance,
             filters: self.settings.filters,
         };
-        let contour = dual_contour::contour(&solid, grid, &how, self.progress);
+        let contour = dual_contour::contour(&solid, grid, &how, self.progress, self.stop)?;
         (self.progress)("join", 0, 0);
         let distances = cut::distances(self.patch, &contour.mesh);
         for share in LEVELS {
+            self.stop.heed()?;
             let begin = Instant::now();
             tried.attempts += 1;
             let joined = self.join(&contour.mesh, &distances, share * self.settings.thickness);
@@ -164,6 +166,7 @@ impl Maker<'_> {
             }
         }
         tried.whole = Some((cell, contour));
+        Ok(())
     }
 
     /// A grid for both shells, and for the nodes within reach of either side.

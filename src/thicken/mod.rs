@@ -49,6 +49,7 @@ mod sharpen;
 mod solid;
 #[cfg(test)]
 mod tests;
+mod warning;
 
 use std::time::Instant;
 
@@ -62,7 +63,7 @@ use crate::mesh::{Frame, TriMesh, self_intersections, weld_exact};
 use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
-use crate::settings::progress::Progress;
+use crate::settings::progress::{Progress, Stop, Stopped};
 use make::Maker;
 use patch::Patch;
 use repair::repair;
@@ -241,6 +242,16 @@ pub enum ThickenError {
         /// Cell asked for.
         cell: f64,
     },
+    /// It was asked to stop; see [`thicken_until`].
+    #[error("stopped on request")]
+    #[diagnostic(help("start again"))]
+    Stopped,
+}
+
+impl From<Stopped> for ThickenError {
+    fn from(_: Stopped) -> ThickenError {
+        ThickenError::Stopped
+    }
 }
 
 /// How a solid came about.
@@ -322,6 +333,20 @@ pub fn thicken(
     settings: &Settings,
     progress: &Progress,
 ) -> Result<Thickened, ThickenError> {
+    thicken_until(surface, settings, progress, &Stop::default())
+}
+
+/// As [`thicken`], but ends early when asked to.
+///
+/// # Errors
+///
+/// As [`thicken`], and [`ThickenError::Stopped`].
+pub fn thicken_until(
+    surface: &TriMesh,
+    settings: &Settings,
+    progress: &Progress,
+    stop: &Stop,
+) -> Result<Thickened, ThickenError> {
     check(settings)?;
     let start = Instant::now();
     progress("field", 0, 0);
@@ -345,12 +370,14 @@ pub fn thicken(
         });
     }
     let field_seconds = start.elapsed().as_secs_f64();
+    stop.heed()?;
 
     let maker = Maker {
         patch: &patch,
         settings,
         numbers: Numbers::new(settings.precision, frame),
         progress,
+        stop,
     };
     let mut solid = maker.make()?;
     frame.leave(&mut solid.mesh.positions);

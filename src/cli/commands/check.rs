@@ -5,10 +5,10 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::check::{Check, LEAST_ANGLE, Limits, Measure, Outcome};
-use midsurf::io::quote::shown_path;
+use midsurf::intake::{CopingSource, Input};
+use midsurf::io::quote::{figure, shown_path};
 use midsurf::io::read_any_surface;
 use midsurf::io::write::stage_fields;
-use midsurf::mesh::PartOptions;
 use midsurf::surface::MidSurface;
 use serde_json::{Value, json};
 
@@ -16,11 +16,9 @@ use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::numbers::positive;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
-use midsurf::intake::CopingSource;
-use midsurf::intake::Input;
-use midsurf::io::quote::figure;
 
 /// Places that a report states of each measure; all are counted.
 const PLACES_SHOWN: usize = 100;
@@ -71,6 +69,10 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
+    #[command(flatten)]
     run: RunArgs,
 }
 
@@ -98,8 +100,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     args.run
         .check_names(&inputs, args.output.iter().cloned().collect())?;
     let start = Instant::now();
-    let progress = args.run.start();
-    let input = Input::read(&args.part, &args.coping, PartOptions::default())?;
+    let progress = args.run.start()?;
+    let reading = args.reading.with(Some(&args.select));
+    let input = Input::read(&args.part, &args.coping, &reading, false)?;
     let (surface, with_thickness) = read_any_surface(&args.model).map_err(Failure::input)?;
     belongs(&args, &input, &surface)?;
     progress.show("checking", 0, 0);
@@ -130,11 +133,14 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "vertices": surface.vertices().len(),
             "triangles": surface.triangles().len(),
         }),
-        settings: json!({
-            "tolerance": args.tolerance,
-            "near_seams": args.near_seams,
-            "fail_on": args.fail_on.iter().flatten().map(|m| m.name()).collect::<Vec<_>>(),
-        }),
+        settings: args.reading.beside(
+            Some(&args.select),
+            json!({
+                "tolerance": args.tolerance,
+                "near_seams": args.near_seams,
+                "fail_on": args.fail_on.iter().flatten().map(|m| m.name()).collect::<Vec<_>>(),
+            }),
+        ),
         seconds: json!(start.elapsed().as_secs_f64()),
         outputs: args.output.iter().map(PathBuf::as_path).collect(),
         warnings: input.warnings.iter().collect(),

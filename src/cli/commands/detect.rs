@@ -5,21 +5,22 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::coping::detect::{DetectedFace, Detection, Options, Question};
-use midsurf::coping::{detect, detected_text, detected_toml, ranges};
+use midsurf::coping::detect::{Detection, Options, Question};
+use midsurf::coping::{detect, detected_text, detected_toml};
+use midsurf::intake::{facets, load, shown_ranges};
 use midsurf::io::LoadedMesh;
+use midsurf::io::quote::figure;
 use midsurf::io::write::{stage, stage_picture};
+use midsurf::report::detection::account;
+use midsurf::settings::warning::Warning;
 use serde_json::{Value, json};
 
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::pool;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::{check_names, check_suffix};
-use midsurf::intake::load;
-use midsurf::intake::{facets, shown_ranges};
-use midsurf::io::quote::figure;
-use midsurf::settings::warning::Warning;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -38,7 +39,7 @@ Exit codes: 0 done, 2 wrong usage or bad input.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Tag file to write: TOML if the name ends in .toml, else text
     #[arg(short, long, value_name = "FILE")]
@@ -57,6 +58,10 @@ pub(crate) struct Args {
     /// Write all faces, scores and reasons as JSON; `-` for stdout
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
 }
 
 pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
@@ -70,7 +75,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     pool::start(None);
     let start = Instant::now();
-    let (loaded, warnings) = load(&args.part)?;
+    let (loaded, warnings) = args.reading.with(Some(&args.select)).load(&args.part)?;
     print_warnings(&warnings);
     let options = Options {
         samples: args.samples as usize,
@@ -215,36 +220,9 @@ fn as_json(
         warnings: warnings.iter().collect(),
     }
     .around(json!({
-        "result": detection_json(detection),
+        "result": account(detection),
         "questions": questions.iter().map(|q| question_json(q, detection)).collect::<Vec<_>>(),
     }))
-}
-
-/// What the reports of other commands say of a detection, too.
-pub(crate) fn detection_json(detection: &Detection) -> Value {
-    json!({
-        "verdict": detection.verdict(),
-        "thin_share": detection.thin_share,
-        "samples": detection.samples,
-        "faces": detection.faces.iter().map(face_json).collect::<Vec<_>>(),
-    })
-}
-
-fn face_json(face: &DetectedFace) -> Value {
-    json!({
-        "face": face.number,
-        "coping": face.coping,
-        "score": face.score,
-        "by_neighbours": face.by_neighbours,
-        "doubt": face.doubt,
-        "reasons": face.reasons,
-        "kind": face.kind,
-        "area": face.area,
-        "thickness": face.thickness,
-        "min": face.bounds.min,
-        "max": face.bounds.max,
-        "triangles": ranges(&face.triangles),
-    })
 }
 
 fn question_json(question: &Question, detection: &Detection) -> Value {

@@ -6,14 +6,14 @@ use std::process::ExitCode;
 
 use midsurf::coping::detect;
 use midsurf::coping::detect::{DetectedFace, Detection, Options};
+use midsurf::intake::{CopingSource, facets, load, load_tags, shown_ranges};
 use serde_json::{Value, json};
 
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::pool;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::named;
-use midsurf::intake::{CopingSource, facets, shown_ranges};
-use midsurf::intake::{load, load_tags};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -30,13 +30,17 @@ Exit codes: 0 done, 2 wrong usage or bad input.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// The tag file, `auto` or `none`
     tags: CopingSource,
     /// Print JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
 }
 
 /// A face and what the tags make of it.
@@ -92,7 +96,7 @@ impl Explained<'_> {
 
 pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     pool::start(None);
-    let (loaded, mut warnings) = load(&args.part)?;
+    let (loaded, mut warnings) = args.reading.with(Some(&args.select)).load(&args.part)?;
     let (coping, more) = load_tags(&args.tags, &loaded, &args.part)?;
     warnings.extend(
         more.into_iter()

@@ -6,8 +6,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::extract::{Extraction, extract};
+use midsurf::intake::Input;
+use midsurf::io::quote::{figure, shown, shown_path};
 use midsurf::io::write::{ShellFormat, Staged, SurfaceOptions, files_for, stage, stage_surface};
-use midsurf::mesh::PartOptions;
 use midsurf::shell::Faces;
 use midsurf::surface::listing::listing;
 
@@ -16,9 +17,6 @@ use super::extract_report::{Report, Seconds};
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
-use midsurf::intake::Input;
-use midsurf::io::quote::figure;
-use midsurf::io::quote::{shown, shown_path};
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     check_names(&args)?;
@@ -29,12 +27,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         ));
     }
     let start = Instant::now();
-    let progress = args.run.start();
-    let options = PartOptions {
-        allow_open: args.allow_open,
-        weld: args.weld,
-    };
-    let input = Input::read(&args.part, &args.coping, options)?;
+    let progress = args.run.start()?;
+    let reading = args.reading.with(Some(&args.select));
+    let input = Input::read(&args.part, &args.coping, &reading, args.allow_open)?;
     let read = start.elapsed().as_secs_f64();
     if !args.run.quiet {
         progress.aside(|| print_warnings(&input.warnings));

@@ -4,19 +4,19 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use midsurf::extract::{Extraction, Work};
+use midsurf::intake::Input;
+use midsurf::io::quote::figure;
+use midsurf::report::detection;
 use midsurf::report::extraction::{account, warnings};
+use midsurf::settings::memory::{Bytes, peak};
+use midsurf::settings::warning::Warning;
 use midsurf::surface::listing::{Summary, summary};
 use midsurf::surface::thickness::Thickness;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::detect::detection_json;
 use super::extract_args::Args;
 use crate::cli::shared::report::{Envelope, named};
-use midsurf::intake::Input;
-use midsurf::io::quote::figure;
-use midsurf::settings::memory::{Bytes, peak};
-use midsurf::settings::warning::Warning;
 
 /// Cracks that the report states with their place; all are counted.
 const CRACKS_SHOWN: usize = 1000;
@@ -69,6 +69,7 @@ impl Report {
             command: "extract",
             input: json!({
                 "part": named(&input.file),
+                "unit": input.unit,
                 "sha256": input.sha256,
                 "geometry": input.geometry,
                 "coping": args.coping,
@@ -81,17 +82,19 @@ impl Report {
                 "max": bounds.max,
                 "coping_rules": input.rules.len(),
             }),
-            settings: json!({
-                "cell": args.cell,
-                "cell_length": work.cell,
-                "angle": args.angle,
-                "keep_fins": args.keep_fins,
-                "elements": args.elements.settings(),
-                "memory_limit": args.memory.memory_limit,
-                "allow_open": args.allow_open,
-                "weld": args.weld,
-                "obj_lines": args.obj_lines,
-            }),
+            settings: args.reading.beside(
+                Some(&args.select),
+                json!({
+                    "cell": args.cell,
+                    "cell_length": work.cell,
+                    "angle": args.angle,
+                    "keep_fins": args.keep_fins,
+                    "elements": args.elements.settings(),
+                    "memory_limit": args.memory.memory_limit,
+                    "allow_open": args.allow_open,
+                    "obj_lines": args.obj_lines,
+                }),
+            ),
             seconds: json!({
                 "read": self.seconds.read,
                 "field": work.field_seconds,
@@ -105,7 +108,7 @@ impl Report {
             warnings: input.warnings.iter().chain(&self.warnings).collect(),
         }
         .around(json!({
-            "coping": input.detection.as_ref().map(detection_json),
+            "coping": input.detection.as_ref().map(detection::account),
             "result": account(result),
             "cracks": cracks.len(),
             "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],

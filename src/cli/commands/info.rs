@@ -4,18 +4,17 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use midsurf::intake::{CopingSource, Input};
+use midsurf::io::quote::{figure, shown, shown_path};
 use midsurf::mesh::PartOptions;
+use midsurf::report::info::Info;
+use midsurf::report::thickness::{WallThickness, stage_map};
 
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::pool;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::run::{check_names, check_suffix};
-use midsurf::intake::CopingSource;
-use midsurf::intake::Input;
-use midsurf::io::quote::figure;
-use midsurf::io::quote::{shown, shown_path};
-use midsurf::report::info::Info;
-use midsurf::report::thickness::{WallThickness, stage_map};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -38,15 +37,16 @@ const NAMES_SHOWN: usize = 20;
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
     /// find them, or `none`
     #[arg(long, value_name = "FILE", default_value = "auto")]
     coping: CopingSource,
-    /// Merge vertices within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive)]
-    weld: Option<f64>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
     /// Fail, with exit code 1, if a wall is thinner than this
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive)]
     min_wall: Option<f64>,
@@ -70,19 +70,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         args.output.iter().map(|file| (file.clone(), "map")),
     )?;
     pool::start(None);
-    let options = PartOptions {
-        allow_open: true,
-        weld: args.weld,
-    };
-    let mut input = Input::read(&args.part, &args.coping, options)?;
-    // Where no tags were asked for none are missing; and what `info` says does
-    // not hang on single faces.
-    let asked = args.coping != CopingSource::None;
-    input.warnings.retain(|warning| match warning.code {
-        "no_coping" => asked,
-        "coping_doubt" | "coping_doubts" => false,
-        _ => true,
-    });
+    let reading = args.reading.with(Some(&args.select));
+    let mut input = Input::read(&args.part, &args.coping, &reading, true)?;
+    input.keep_for_info(&args.coping);
     let thickness = WallThickness::of(&input.part, args.min_wall);
     if let Some(file) = &args.output {
         let Some(thickness) = &thickness else {
@@ -158,6 +148,9 @@ fn print(info: &Info, out: &mut impl Write) -> io::Result<()> {
         figure(b[2] - a[2]),
         figure(info.diagonal)
     )?;
+    if let Some(unit) = info.unit {
+        writeln!(out, "unit         {unit}")?;
+    }
     match &info.thickness {
         Some(t) => writeln!(
             out,

@@ -13,6 +13,7 @@ pub(crate) mod info;
 pub(crate) mod offset;
 pub(crate) mod rethicken;
 pub(crate) mod roundtrip;
+pub(crate) mod schema;
 pub(crate) mod subdivide;
 pub(crate) mod tags;
 pub(crate) mod thicken;

@@ -5,10 +5,14 @@ use std::process::ExitCode;
 use std::str::FromStr;
 use std::time::Instant;
 
+use midsurf::intake::balls::{doubts, thickness_by_group};
+use midsurf::intake::{load, read_warning};
+use midsurf::io::quote::shown_path;
 use midsurf::io::write::thickness_file;
 use midsurf::io::{RadiusSource, read_surface};
 use midsurf::rethicken::{BallSurface, RethickenError, Settings, rethicken};
 use midsurf::settings::cell::{CellSize, Scale};
+use midsurf::settings::warning::Warning;
 use serde_json::json;
 
 use super::closed_part::work_json;
@@ -19,9 +23,6 @@ use crate::cli::shared::numbers::positive;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
-use midsurf::intake::{load, read_warning};
-use midsurf::io::quote::shown_path;
-use midsurf::settings::warning::Warning;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -134,7 +135,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = args.run.start();
+    let progress = args.run.start()?;
     let source = args.source()?;
     let surface = &source.surface;
     let read_seconds = start.elapsed().as_secs_f64();
@@ -143,8 +144,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let result =
         rethicken(surface, &settings, &show).map_err(|error| failure(&error, &args.surface))?;
     let found = result.warnings.iter().map(|found| {
-        let Warning { code, message } = found.explained();
-        args.warning(code, &message)
+        let found = found.explained();
+        args.warning(found.code, &found.message)
     });
     let warnings: Vec<Warning> = source.warnings.iter().cloned().chain(found).collect();
 
@@ -214,10 +215,7 @@ impl Args {
     }
 
     fn warning(&self, code: &'static str, message: &str) -> Warning {
-        Warning {
-            code,
-            message: format!("{}: {message}", shown_path(&self.surface)),
-        }
+        Warning::new(code, format!("{}: {message}", shown_path(&self.surface)))
     }
 
     fn source(&self) -> Result<Source, Failure> {
@@ -235,33 +233,10 @@ impl Args {
     /// Any mesh with a thickness by group.
     fn shell(&self, length: f64) -> Result<Source, Failure> {
         let (loaded, warnings) = load(&self.surface)?;
-        let sets = loaded.names.sets();
-        let named = |group: &Group| sets.iter().any(|set| set.all().any(|n| n == group.name));
-        if let Some(group) = self.group.iter().find(|group| !named(group)) {
-            let mut known: Vec<&str> = sets.iter().flat_map(|set| set.all()).collect();
-            known.sort_unstable();
-            known.dedup();
-            return Err(Failure::usage(
-                format!(
-                    "{} has no group named {}",
-                    self.surface.display(),
-                    group.name
-                ),
-                match &known[..] {
-                    [] => "the file names no groups; leave --group away".to_owned(),
-                    known => format!("it names {}", known.join(", ")),
-                },
-            ));
-        }
-        // The last one that names a facet counts.
-        let thickness: Vec<f64> = (loaded.mesh.faces())
-            .map(|face| {
-                let names = loaded.names_of(face);
-                let mut groups = self.group.iter().rev();
-                let own = groups.find(|group| names.all().any(|n| n == group.name));
-                own.map_or(length, |group| group.thickness)
-            })
-            .collect();
+        let groups = self.group.iter().map(|g| (g.name.clone(), g.thickness));
+        let groups: Vec<(String, f64)> = groups.collect();
+        let thickness = thickness_by_group(&loaded, length, &groups)
+            .map_err(|error| Failure::refused(&self.surface, &error))?;
         let surface = BallSurface::of_shell(&loaded.mesh, &thickness)
             .map_err(|error| failure(&error, &self.surface))?;
         Ok(Source {
@@ -289,15 +264,7 @@ impl Args {
         let mut warnings: Vec<Warning> = (loaded.warnings.iter())
             .map(|w| read_warning(&self.surface, w))
             .collect();
-        if matches!(loaded.radius, RadiusSource::HalfThickness(_)) {
-            let message =
-                "no radius is given, half the thickness is taken: a little small near seams";
-            warnings.push(self.warning("half_thickness", message));
-        }
-        if !loaded.kinds && !self.round_borders && surface.flat_edges() > 0 {
-            let message = "the file does not tell coping from fading borders: all end flat";
-            warnings.push(self.warning("unknown_borders", message));
-        }
+        warnings.extend(doubts(&self.surface, &loaded, &surface, self.round_borders));
         Ok(Source {
             surface,
             vertices: loaded.vertices,

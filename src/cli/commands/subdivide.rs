@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
+use midsurf::intake::ControlInput;
+use midsurf::io::quote::{figure, shown_path};
 use midsurf::io::write::Shade;
-use midsurf::io::{ControlMesh, Place, read_control};
 use midsurf::offset::OffsetError;
 use midsurf::settings::cell::CellSize;
+use midsurf::settings::warning::Warning;
 use midsurf::subdivide::{
     Boundary, Cage, ContourError, ContourSettings, FoldFree, HollowSolid, Level, MOST_LEVELS,
-    MOST_SAMPLES, Scheme, Settings, SubdivideError, Trial, contour, hollow_out, interpolate,
-    memory,
+    MOST_SAMPLES, Scheme, Settings, SubdivideError, Trial, check_memory, contour, hollow_out,
+    interpolate,
 };
 use serde_json::{Value, json};
 
@@ -25,11 +27,6 @@ use crate::cli::shared::progress::Progress;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::SolidArgs;
-use midsurf::intake::check_size;
-use midsurf::intake::read_warning;
-use midsurf::io::quote::figure;
-use midsurf::io::quote::shown_path;
-use midsurf::settings::warning::Warning;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -143,17 +140,32 @@ impl Args {
     }
 }
 
-/// A control mesh from its file.
+/// A control mesh, and when reading it began and the seconds that took.
 struct Control {
     cage: Cage,
     sha256: String,
     warnings: Vec<Warning>,
-    /// When reading began, and the seconds it took.
     started: Instant,
     read_seconds: f64,
 }
 
 impl Control {
+    fn read(file: &Path) -> Result<Control, Failure> {
+        let started = Instant::now();
+        let ControlInput {
+            cage,
+            sha256,
+            warnings,
+        } = ControlInput::read(file)?;
+        Ok(Control {
+            cage,
+            sha256,
+            warnings,
+            started,
+            read_seconds: started.elapsed().as_secs_f64(),
+        })
+    }
+
     /// Seconds up to now.
     fn seconds(&self) -> Value {
         json!({ "read": self.read_seconds, "total": self.started.elapsed().as_secs_f64() })
@@ -163,9 +175,12 @@ impl Control {
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.control.as_path(), "control mesh")];
     args.solid.check_names(&inputs, &args.run)?;
-    let progress = args.run.start();
-    let control = read(&args.control)?;
-    check_memory(&args, &control.cage)?;
+    let progress = args.run.start()?;
+    let control = Control::read(&args.control)?;
+    let level = args.levels.unwrap_or(1);
+    let samples = usize::from(args.samples);
+    check_memory(&control.cage, level, samples, args.memory.allowed())
+        .map_err(|error| failed(&error, &args.control))?;
     if !args.run.quiet {
         progress.aside(|| print_warnings(&control.warnings));
     }
@@ -194,7 +209,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     show("writing");
     let thickness = [solid.thickness.as_slice(), &solid.thickness].concat();
     let staged = args.solid.stage(&solid.hollow.mesh, shade(&thickness))?;
-    let warnings = warnings(&solid, &settings);
+    let warnings = solid.warnings(&settings);
     show("report");
     let mut seconds = control.seconds();
     seconds["stages"] = by_stage(&stages.borrow());
@@ -213,25 +228,6 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     })
 }
 
-/// Refuses samples that would not fit into memory. A tolerance looks at finer
-/// levels only while those are small.
-fn check_memory(args: &Args, cage: &Cage) -> Result<(), Failure> {
-    let (samples, level) = (usize::from(args.samples), args.levels.unwrap_or(1));
-    let allowed = args.memory.allowed();
-    let (needed, fit) = memory(cage, level, samples, allowed);
-    if needed <= allowed as f64 {
-        return Ok(());
-    }
-    let [needed, allowed] = [needed, allowed as f64].map(|bytes| bytes / 1e9);
-    Err(Failure::usage(
-        format!(
-            "{}: {samples} samples at level {level} need about {needed:.1} GB, and {allowed:.1} GB are allowed; {fit} samples would fit",
-            shown_path(&args.control)
-        ),
-        "take fewer --samples or --levels; raise --memory-limit if the machine has more memory",
-    ))
-}
-
 /// Seconds by stage, those of the same name together.
 fn by_stage(stages: &[(&'static str, Instant)]) -> Value {
     let mut seconds = serde_json::Map::new();
@@ -241,49 +237,6 @@ fn by_stage(stages: &[(&'static str, Instant)]) -> Value {
         seconds.insert(pair[0].0.to_owned(), json!(before.unwrap_or(0.0) + this));
     }
     Value::Object(seconds)
-}
-
-/// Reads and checks the control mesh; one that is inside out is turned.
-fn read(file: &Path) -> Result<Control, Failure> {
-    let started = Instant::now();
-    check_size(file)?;
-    let mesh = read_control(file).map_err(Failure::input)?;
-    let cage = Cage::new(mesh.positions.clone(), &mesh.faces).map_err(|error| {
-        let place = match (error.face(), error.vertex()) {
-            (Some(face), _) => mesh.place_of_face(face),
-            (_, Some(vertex)) => mesh.place_of_vertex(vertex),
-            _ => Place::Whole,
-        };
-        Failure::at(place, file, &error)
-    })?;
-    let ControlMesh {
-        sha256, warnings, ..
-    } = mesh;
-    let mut warnings: Vec<Warning> = warnings
-        .iter()
-        .map(|warning| read_warning(file, warning))
-        .collect();
-    let volume = cage.volume();
-    let cage = if cage.is_closed() && volume < 0.0 {
-        warnings.push(Warning {
-            code: "inside_out",
-            message: format!(
-                "{}: the control mesh was inside out (volume {}); all faces were turned",
-                shown_path(file),
-                figure(volume)
-            ),
-        });
-        cage.turned_over()
-    } else {
-        cage
-    };
-    Ok(Control {
-        cage,
-        sha256,
-        warnings,
-        started,
-        read_seconds: started.elapsed().as_secs_f64(),
-    })
 }
 
 fn failed(error: &SubdivideError, file: &Path) -> Failure {
@@ -496,52 +449,6 @@ fn range(values: &[f64]) -> [f64; 2] {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// What is wrong or odd about a solid.
-fn warnings(solid: &HollowSolid, settings: &Settings) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    let mut warn = |code, message: String| {
-        warnings.push(Warning { code, message });
-    };
-    let free = solid.trial.fold_free(settings.scheme);
-    if settings.thickness >= free.thickness {
-        let [x, y, z] = free.at.to_array().map(figure);
-        warn(
-            "folds",
-            format!(
-                "the inner surface folds below ({x}, {y}, {z}): at level {} it is free of folds up to thickness {}",
-                solid.trial.level,
-                figure(free.thickness)
-            ),
-        );
-    }
-    if !solid.folded.is_empty() {
-        let message = format!(
-            "{} triangles of the inner shell are folded",
-            solid.folded.len()
-        );
-        warn("folded_triangles", message);
-    }
-    if !solid.intersections.is_empty() {
-        let message = format!(
-            "the solid cuts or touches itself at {} pairs of triangles",
-            solid.intersections.len()
-        );
-        warn("intersections", message);
-    }
-    if solid.averaged_normals > 0 {
-        let message = format!(
-            "{} vertices have no normal of their own and got the average of their neighbours'",
-            solid.averaged_normals
-        );
-        warn("averaged_normals", message);
-    }
-    if let (Level::Fixed(0), true) = (settings.level, solid.forced) {
-        let message = "faces of other than four corners: one subdivision step was forced";
-        warn("forced_step", message.to_owned());
-    }
-    warnings
 }
 
 fn summary(solid: &HollowSolid, settings: &Settings, verbose: u8) {

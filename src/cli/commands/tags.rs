@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use midsurf::coping::{Coping, RuleResult};
+use midsurf::intake::{CopingSource, load, load_tags};
 use midsurf::io::LoadedMesh;
-use midsurf::io::quote::shown;
+use midsurf::io::quote::{figure, shown};
 use midsurf::io::write::stage;
 use midsurf::mesh::FaceId;
 use serde_json::json;
@@ -15,11 +16,9 @@ use super::{detect, explain};
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::pool;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::named;
 use crate::cli::shared::run::{check_names, check_suffix};
-use midsurf::intake::CopingSource;
-use midsurf::intake::{load, load_tags};
-use midsurf::io::quote::figure;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -59,7 +58,7 @@ enum Action {
 
 #[derive(clap::Args)]
 struct ShowArgs {
-    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// The tag file: text, or TOML if its name ends in .toml
     tags: PathBuf,
@@ -69,6 +68,10 @@ struct ShowArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
@@ -88,7 +91,7 @@ fn show(args: ShowArgs) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.output {
         check_output(&args, file)?;
     }
-    let (loaded, mut warnings) = load(&args.part)?;
+    let (loaded, mut warnings) = args.reading.with(Some(&args.select)).load(&args.part)?;
     let (coping, more) = load_tags(&CopingSource::File(args.tags.clone()), &loaded, &args.part)?;
     warnings.extend(more);
     print_warnings(&warnings);

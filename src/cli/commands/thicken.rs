@@ -5,10 +5,11 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::ValueEnum;
+use midsurf::intake::load;
+use midsurf::io::quote::figure;
 use midsurf::mesh::TriMesh;
 use midsurf::settings::cell::{CellSize, Scale};
-use midsurf::settings::precision::Precision;
-use midsurf::thicken::{Repair, Settings, Side, ThickenError, Thickened, Way, thicken};
+use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
@@ -18,9 +19,6 @@ use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::SolidArgs;
-use midsurf::intake::load;
-use midsurf::io::quote::figure;
-use midsurf::settings::warning::Warning;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -41,7 +39,7 @@ Exit codes: 0 done, 1 done but the result is not sound (said on stderr),
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The surface: an open or closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The surface: an open or closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     patch: PathBuf,
     /// Thickness of the solid
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
@@ -84,24 +82,17 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.patch.as_path(), "surface")];
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = args.run.start();
+    let progress = args.run.start()?;
     let (loaded, mut warnings) = load(&args.patch)?;
     let read_seconds = start.elapsed().as_secs_f64();
 
     let settings = args.settings(&loaded.mesh)?;
-    if settings.precision == Precision::Single {
-        warnings.extend(rounded(&loaded.mesh));
-    }
     let show = |stage, done, expected| progress.show(stage, done, expected);
     let result = thicken(&loaded.mesh, &settings, &show).map_err(|error| match error {
         ThickenError::Unresolved { .. } => Failure::fruitless(&args.patch, &error),
         _ => Failure::refused(&args.patch, &error),
     })?;
-    warnings.extend(refined(&result, settings.cell));
-    warnings.extend(result.repairs.iter().map(|&repair| repaired(repair)));
-    warnings.extend(made(&result));
-    warnings.extend(missing(&result));
-    warnings.extend(unsound(&result));
+    warnings.extend(result.warnings(&loaded.mesh, &settings));
 
     progress.show("writing", 0, 0);
     let begin = Instant::now();
@@ -243,94 +234,4 @@ fn details(result: &Thickened) {
         result.join_seconds,
         result.sharpen_seconds
     ));
-}
-
-/// The surface's own numbers do not fit into an .stl.
-fn rounded(surface: &TriMesh) -> Option<Warning> {
-    let count = surface
-        .positions
-        .iter()
-        .filter(|&&p| Precision::Single.round_point(p) != p)
-        .count();
-    (count > 0).then(|| Warning {
-        code: "rounded",
-        message: format!(
-            "{count} vertices of the surface have more digits than an .stl holds and are rounded; .obj and .ply keep them"
-        ),
-    })
-}
-
-/// Another cell than the one asked for.
-fn refined(result: &Thickened, asked: f64) -> Option<Warning> {
-    (result.cell < asked).then(|| Warning {
-        code: "refined",
-        message: format!(
-            "cells of {} do not resolve the surface's boundary; cells of {} were taken",
-            figure(asked),
-            figure(result.cell)
-        ),
-    })
-}
-
-fn repaired(repair: Repair) -> Warning {
-    let (code, message) = match repair {
-        Repair::Dropped { triangles } => (
-            "dropped",
-            format!("{triangles} triangles have a corner twice and were left out"),
-        ),
-        Repair::Turned { triangles } => (
-            "turned",
-            format!(
-                "{triangles} triangles looked the other way than their neighbours and were turned"
-            ),
-        ),
-        Repair::Parted { vertices } => (
-            "parted",
-            format!(
-                "the surface touches itself in single points: there {vertices} vertices were doubled"
-            ),
-        ),
-    };
-    Warning { code, message }
-}
-
-/// A solid that is not the surface and what was joined to it.
-fn made(result: &Thickened) -> Option<Warning> {
-    let (code, message) = match result.way {
-        Way::Joined => return None,
-        Way::Cleared => (
-            "cleared",
-            "near its boundary the solid would have cut itself: what lay inside it was cut away, and triangles of the surface there are in pieces",
-        ),
-        Way::Contoured => (
-            "contoured",
-            "no cut follows the surface's boundary: the solid was meshed on all sides, and does not have the surface's own triangles",
-        ),
-    };
-    let message = message.to_owned();
-    Some(Warning { code, message })
-}
-
-fn missing(result: &Thickened) -> Option<Warning> {
-    let missing = &result.missing;
-    (!missing.is_none()).then(|| Warning {
-        code: "missing",
-        message: format!(
-            "{} of {} points of the true solid's surface are off the result by up to {3}, at cells of {2}: what is narrower than a cell is lost; take a smaller --cell",
-            missing.lost,
-            missing.samples,
-            figure(result.cell),
-            figure(missing.max)
-        ),
-    })
-}
-
-fn unsound(result: &Thickened) -> Option<Warning> {
-    (!result.is_sound()).then(|| Warning {
-        code: "unsound",
-        message: format!(
-            "the solid has {} pairs of triangles that cut each other and {} edges without two triangles; a smaller --cell may help",
-            result.self_intersections, result.bad_edges
-        ),
-    })
 }

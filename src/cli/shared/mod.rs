@@ -8,6 +8,7 @@ pub(crate) mod memory;
 pub(crate) mod numbers;
 pub(crate) mod pool;
 pub(crate) mod progress;
+pub(crate) mod reading;
 pub(crate) mod report;
 pub(crate) mod run;
 pub(crate) mod shell;

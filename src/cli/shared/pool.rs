@@ -5,8 +5,9 @@ use std::thread;
 
 use rayon::{ThreadBuilder, ThreadPoolBuilder};
 
-use super::console::say;
 use midsurf::settings::memory::address_space;
+
+use super::console::say;
 
 /// Bytes of a thread's stack, as a main thread has them.
 const STACK: usize = 8 << 20;

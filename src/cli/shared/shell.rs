@@ -1,20 +1,17 @@
 //! Shell models as output: what is asked for, and the model for each file.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use midsurf::intake::Input;
 use midsurf::io::write::{Dialect, ShellFormat, ShellOptions, Staged, Template, stage_shell};
-use midsurf::mesh::FaceId;
 use midsurf::shell::mass::MassProperties;
 use midsurf::shell::{
     Faces, NORMAL_REACH, Order, ShellModel, ShellSettings, THICKNESS_TOLERANCE, ThicknessFrom,
-    coping_patches,
 };
 use midsurf::surface::MidSurface;
 use serde_json::{Value, json};
 
 use super::failure::Failure;
-use midsurf::intake::Input;
 
 /// How files for solvers (.inp, .bdf, .msh, .glb) are written.
 #[derive(clap::Args)]
@@ -141,10 +138,7 @@ impl ShellArgs {
             thickness_tolerance: self.thickness_tolerance,
         };
         let mut model = ShellModel::of(surface, faces, &settings);
-        let names = Names::of(input);
-        model.name_faces(&input.part, &|face| names.coping(face), &|face| {
-            names.wall(face)
-        });
+        model.name_after(input);
         if self.placement != model.placement {
             model.place(self.placement);
         }
@@ -157,40 +151,6 @@ fn shell_files(files: &[PathBuf]) -> impl Iterator<Item = (&Path, ShellFormat)> 
     files
         .iter()
         .filter_map(|file| Some((file.as_path(), ShellFormat::of(file)?)))
-}
-
-/// Names of the part's faces: the file's own, where it tells them apart.
-struct Names<'i> {
-    input: &'i Input,
-    /// Whether the file has several names for coping faces, and for walls.
-    told_apart: [bool; 2],
-    patches: Vec<Option<u32>>,
-}
-
-impl<'i> Names<'i> {
-    fn of(input: &'i Input) -> Names<'i> {
-        let mut found = [BTreeSet::new(), BTreeSet::new()];
-        for (face, &coping) in (0..).zip(input.part.coping()) {
-            found[usize::from(!coping)].extend(input.name_of(FaceId(face)));
-        }
-        Names {
-            input,
-            told_apart: found.map(|names| names.len() > 1),
-            patches: coping_patches(&input.part),
-        }
-    }
-
-    /// The file's name, or the number of the flat coping face, from 1.
-    fn coping(&self, face: FaceId) -> String {
-        let own = self.input.name_of(face).filter(|_| self.told_apart[0]);
-        let patch = || self.patches[face.index()].map_or(0, |n| n + 1).to_string();
-        own.map_or_else(patch, str::to_owned)
-    }
-
-    fn wall(&self, face: FaceId) -> Option<String> {
-        let own = self.input.name_of(face).filter(|_| self.told_apart[1]);
-        own.map(str::to_owned)
-    }
 }
 
 /// What a report says of a model.

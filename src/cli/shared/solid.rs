@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use midsurf::io::quote::figure;
 use midsurf::io::write::{Shade, SolidFormat, Staged, stage_solid};
 use midsurf::mesh::TriMesh;
 use midsurf::settings::precision::Precision;
@@ -9,7 +10,6 @@ use midsurf::settings::precision::Precision;
 use super::console::say;
 use super::failure::Failure;
 use super::run::RunArgs;
-use midsurf::io::quote::figure;
 
 /// Files of a solid.
 #[derive(clap::Args)]

@@ -1,7 +1,9 @@
 //! What readers hand up, and what comes of it.
 
+use crate::io::checksum::geometry_checksum;
 use crate::io::error::Place;
 use crate::io::names::{FacetNames, NameSet};
+use crate::io::unit::Unit;
 use crate::mesh::{FaceId, PartError, TriMesh, check_numbers};
 
 /// A mesh as its file states it, triangulated but otherwise unchecked for
@@ -22,7 +24,11 @@ pub struct LoadedMesh {
     pub values: PlyValues,
     /// SHA-256 of the file's bytes, in hexadecimal; empty where there is no file.
     pub sha256: String,
+    /// Unit of the coordinates, where the format says it.
+    pub unit: Option<Unit>,
     pub(super) places: FacetPlaces,
+    /// [`geometry_checksum`] of the mesh as read, once it has been changed.
+    pub(super) as_read: Option<String>,
 }
 
 impl LoadedMesh {
@@ -42,8 +48,16 @@ impl LoadedMesh {
             warnings: Vec::new(),
             values: PlyValues::default(),
             sha256: String::new(),
+            unit: None,
             places: FacetPlaces::None,
+            as_read: None,
         })
+    }
+
+    /// Checksum of the mesh as it was read; see [`geometry_checksum`].
+    pub fn geometry(&self) -> String {
+        let now = || geometry_checksum(&self.mesh);
+        self.as_read.clone().unwrap_or_else(now)
     }
 
     /// Number of facets in the file.
@@ -116,4 +130,5 @@ pub(crate) struct RawMesh {
     pub(crate) places: FacetPlaces,
     pub(crate) warnings: Vec<ReadWarning>,
     pub(crate) values: PlyValues,
+    pub(crate) unit: Option<Unit>,
 }
