@@ -141,6 +141,18 @@ pub struct Extraction {
 ///
 /// Deterministic: the same part and settings give the same result, bit for
 /// bit, on any number of threads.
+///
+/// ```
+/// use midsurf::intake::{CopingSource, Input, Reading};
+/// use midsurf::{Settings, extract};
+///
+/// let tags = CopingSource::File("fixtures/tee.coping.txt".into());
+/// let input = Input::read("fixtures/tee.obj".as_ref(), &tags, &Reading::default(), false)?;
+/// let result = extract(&input.part, &Settings::default(), &|_stage, _done, _expected| ())?;
+/// assert_eq!(result.surface.sheet_count(), 3);
+/// assert!(result.graph.cracks().is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn extract(
     part: &Part,
     settings: &Settings,

@@ -229,6 +229,21 @@ const SAMPLES: usize = 5_000;
 /// Deterministic: the same part and settings give the same result, bit for
 /// bit, on any number of threads.
 ///
+/// ```
+/// use midsurf::intake::{CopingSource, Input, Reading};
+/// use midsurf::offset::{Settings, offset};
+///
+/// let plate = "fixtures/plate.obj".as_ref();
+/// let part = Input::read(plate, &CopingSource::None, &Reading::default(), false)?.part;
+/// let settings = Settings {
+///     cell: 0.5,
+///     ..Settings::new(&part, 1.0)
+/// };
+/// let grown = offset(&part, &settings, &|_, _, _| ())?;
+/// assert!(grown.mesh.volume() > part.volume() + 0.9 * part.area());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`OffsetError`] for settings without sense, an open part, a grid past the

@@ -209,6 +209,22 @@ impl RethickenWarning {
 /// Deterministic: the same surface and settings give the same result, bit for
 /// bit, on any number of threads.
 ///
+/// ```
+/// use glam::DVec3;
+/// use midsurf::mesh::TriMesh;
+/// use midsurf::rethicken::{BallSurface, Settings, rethicken};
+///
+/// let square = TriMesh {
+///     positions: vec![DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y],
+///     triangles: vec![[0, 1, 2], [0, 2, 3]],
+/// };
+/// let shell = BallSurface::of_shell(&square, &[0.2, 0.2])?;
+/// let solid = rethicken(&shell, &Settings::new(&shell), &|_, _, _| ())?;
+/// // Half of the thickness to either side, flat ends.
+/// assert!((solid.mesh.volume() - 0.2).abs() < 1e-9);
+/// # Ok::<(), midsurf::rethicken::RethickenError>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`RethickenError`] for settings without sense, a grid past the memory

@@ -117,6 +117,23 @@ pub struct RoundTrip {
 
 /// Extracts the mid-surface of a part, re-thickens it and compares.
 ///
+/// ```
+/// use midsurf::CellSize;
+/// use midsurf::intake::{CopingSource, Input, Reading};
+/// use midsurf::roundtrip::{Settings, roundtrip};
+///
+/// let tags = CopingSource::File("fixtures/plate.coping.txt".into());
+/// let input = Input::read("fixtures/plate.obj".as_ref(), &tags, &Reading::default(), false)?;
+/// let settings = Settings {
+///     extract: Default::default(),
+///     solid_cell: CellSize::Auto,
+///     memory_limit: 1 << 30,
+/// };
+/// let there = roundtrip(&input.part, &settings, &|_, _, _| ())?;
+/// assert!((there.comparison.volume_ratio - 1.0).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 ///
 /// Those of the two stages.

@@ -270,6 +270,23 @@ struct Laid {
 ///
 /// `progress` gets the name of each stage.
 ///
+/// ```
+/// use midsurf::intake::ControlInput;
+/// use midsurf::subdivide::{Boundary, Level, Scheme, Settings, hollow_out};
+///
+/// let control = ControlInput::read("fixtures/cages/cube.obj".as_ref())?;
+/// let settings = Settings {
+///     thickness: 0.01 * control.cage.diagonal(),
+///     samples: 4,
+///     level: Level::Fixed(1),
+///     scheme: Scheme::Crust,
+///     boundary: Boundary::EdgeAndCorner,
+/// };
+/// let solid = hollow_out(&control.cage, &settings, &|_stage| ())?;
+/// assert!(solid.folded.is_empty() && solid.intersections.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`SubdivideError`].

@@ -323,6 +323,21 @@ impl Thickened {
 /// uses go. Deterministic: the same patch and settings give the same result,
 /// bit for bit, on any number of threads.
 ///
+/// ```
+/// use glam::DVec3;
+/// use midsurf::mesh::TriMesh;
+/// use midsurf::thicken::{Settings, Side, thicken};
+///
+/// let square = TriMesh {
+///     positions: vec![DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y],
+///     triangles: vec![[0, 1, 2], [0, 2, 3]],
+/// };
+/// let solid = thicken(&square, &Settings::new(0.1, Side::Inner), &|_, _, _| ())?;
+/// assert!(solid.is_sound());
+/// assert!((solid.mesh.volume() - 0.1).abs() < 1e-9);
+/// # Ok::<(), midsurf::thicken::ThickenError>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`ThickenError`] for settings without sense, for a surface that is no

@@ -105,6 +105,16 @@ pub struct Detection {
 ///
 /// Deterministic: the same mesh gives the same result, bit for bit, on any
 /// number of threads.
+///
+/// ```
+/// use midsurf::coping::{detect, detect::Options};
+///
+/// let loaded = midsurf::io::read_mesh("fixtures/tee.obj")?;
+/// let found = detect(&loaded.mesh, &Options::default());
+/// assert!(found.faces.iter().any(|face| face.coping));
+/// assert!(found.questions().is_empty());
+/// # Ok::<(), midsurf::io::ReadError>(())
+/// ```
 pub fn detect(mesh: &TriMesh, options: &Options) -> Detection {
     if !mesh.bounds().size().is_finite() || !mesh.positions.iter().all(|p| p.is_finite()) {
         return Detection::none(mesh);

@@ -307,7 +307,7 @@ pub(crate) fn thicken<'py>(
 #[derive(FromPyObject)]
 pub(crate) enum Shell<'py> {
     /// A mid-surface in memory.
-    Surface(Bound<'py, Surface>),
+    Mid(Bound<'py, Surface>),
     /// Arrays, and the thickness of every triangle.
     Arrays(
         PyReadonlyArray2<'py, f64>,
@@ -315,7 +315,7 @@ pub(crate) enum Shell<'py> {
         PyReadonlyArray1<'py, f64>,
     ),
     /// A mesh file, one thickness, and those of groups.
-    Shell(PathBuf, f64, Vec<(String, f64)>),
+    Mesh(PathBuf, f64, Vec<(String, f64)>),
     /// A file of a mid-surface, and a table of thickness instead of its own.
     File(PathBuf, Option<PathBuf>),
 }
@@ -324,7 +324,7 @@ pub(crate) enum Shell<'py> {
 enum Thick {
     Surface(BallSurface),
     Arrays(TriMesh, Vec<f64>),
-    Shell(PathBuf, f64, Vec<(String, f64)>),
+    Mesh(PathBuf, f64, Vec<(String, f64)>),
     File(PathBuf, Option<PathBuf>),
 }
 
@@ -342,7 +342,7 @@ impl Thick {
                 let surface = BallSurface::of_shell(&mesh, &thickness).map_err(refused(&name))?;
                 (surface, Vec::new())
             }
-            Thick::Shell(file, length, groups) => {
+            Thick::Mesh(file, length, groups) => {
                 let (loaded, warnings) = Source::File(file.clone()).loaded()?;
                 let thickness = thickness_by_group(&loaded, length, &groups)
                     .map_err(|error| Fault::refused(&file, &error))?;
@@ -384,7 +384,7 @@ pub(crate) fn rethicken<'py>(
     let name = PathBuf::from("the mid-surface");
     let thick = || {
         Ok(match shell {
-            Shell::Surface(surface) => {
+            Shell::Mid(surface) => {
                 let balls = BallSurface::of(surface.get().surface());
                 Thick::Surface(balls.map_err(|error| Fault::refused(&name, &error))?)
             }
@@ -392,8 +392,8 @@ pub(crate) fn rethicken<'py>(
                 mesh_in(&vertices, &triangles),
                 thickness.as_array().to_vec(),
             ),
-            Shell::Shell(file, length, groups) => {
-                Thick::Shell(file, given::positive("thickness", length)?, groups)
+            Shell::Mesh(file, length, groups) => {
+                Thick::Mesh(file, given::positive("thickness", length)?, groups)
             }
             Shell::File(file, table) => Thick::File(file, table),
         })
