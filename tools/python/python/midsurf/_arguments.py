@@ -123,11 +123,11 @@ def amount(given: int | str | None) -> str | None:
     return None if given is None else str(given)
 
 
-def warned(pairs: Sequence[tuple[str, str]]) -> list[Warning]:
-    """Issues warnings to whoever called the package, and gives them back."""
+def warned(pairs: Sequence[tuple[str, str]], level: int = 3) -> list[Warning]:
+    """Issues warnings to whoever called the package, so many calls up, and gives them back."""
     told = [Warning(*pair) for pair in pairs]
     for warning in told:
-        warnings.warn(warning.message, PartWarning, stacklevel=4)
+        warnings.warn(warning.message, PartWarning, stacklevel=level)
     return told
 
 

@@ -9,9 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
 from . import _midsurf
 from ._arguments import (
     Coping,
@@ -31,6 +28,9 @@ from ._arguments import (
 from ._errors import InputError
 from ._mesh import CopingTags, Mesh, RoundTrip
 from ._surface import MidSurface, _one_of
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 
 def extract(
@@ -95,7 +95,9 @@ def extract(
     return MidSurface(surface, warned(surface.warnings))
 
 
-def detect_coping(part: Part, *, samples: int = 8000, threads: int | None = None, **how_read: Unpack[Reading]) -> CopingTags:
+def detect_coping(
+    part: Part, *, samples: int = 8000, threads: int | None = None, **how_read: Unpack[Reading]
+) -> CopingTags:
     """Finds the coping faces of a part: the narrow faces that close a wall.
 
     :param samples: about how many points of the surface are looked at.
@@ -346,7 +348,7 @@ def subdivide(
 def _closed(
     cell: Size,
     tolerance: float | None,
-    weld: float | None,
+    read: tuple[Any, ...],
     simplify: bool,
     triangles: int | None,
     voids: str,
@@ -358,7 +360,7 @@ def _closed(
 
 def _solid(made: tuple[Any, ...]) -> Mesh:
     vertices, triangles, thickness, report, warnings = made
-    return Mesh(vertices, triangles, thickness, figures(report), warned(warnings))
+    return Mesh(vertices, triangles, thickness, figures(report), warned(warnings, 4))
 
 
 def _whole(name: str, given: int) -> int:
