@@ -216,7 +216,7 @@ fn bad_gltf_is_refused_in_words() {
         error.to_string()
     };
     for (pointer, value, words) in [
-        ("/accessors/0/count", json!(1 << 40), "past the end"),
+        ("/accessors/0/count", json!(1_u64 << 40), "past the end"),
         ("/accessors/0/componentType", json!(5), "no known type"),
         ("/accessors/1/count", json!(3000), "past the end"),
         ("/bufferViews/0/byteOffset", json!(u64::MAX), "past the end"),
