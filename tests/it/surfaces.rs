@@ -17,7 +17,7 @@ fn volume(desk: &Desk, args: &[&str]) -> f64 {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let report = std::fs::read_to_string(desk.path("report.json")).unwrap();
     let report: Value = serde_json::from_str(&report).unwrap();
-    assert_eq!(report["command"], args[0]);
+    assert_eq!(report["tool"]["command"], args[0]);
     let mesh = read_mesh(desk.path("out.obj")).unwrap().mesh;
     assert!(mesh.edges().census().is_closed());
     assert!(self_intersections(&mesh).is_empty());
