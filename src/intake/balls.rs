@@ -7,7 +7,7 @@ use miette::Diagnostic;
 use thiserror::Error;
 
 use crate::io::quote::{shown, shown_path};
-use crate::io::{LoadedMesh, LoadedSurface, RadiusSource};
+use crate::io::{FacetNames, LoadedMesh, LoadedSurface, NameSet, RadiusSource};
 use crate::rethicken::BallSurface;
 use crate::settings::warning::Warning;
 
@@ -59,31 +59,42 @@ impl UnknownGroup {
     }
 }
 
-/// A thickness for every triangle: that of the last group, object or material
-/// with its name, or the one for all others.
+/// Refuses names that a file does not have.
+pub(super) fn check_groups(
+    groups: &[(String, f64)],
+    names: &FacetNames,
+) -> Result<(), UnknownGroup> {
+    let mut known: Vec<&str> = names.sets().iter().flat_map(|set| set.all()).collect();
+    known.sort_unstable();
+    known.dedup();
+    match groups.iter().find(|(name, _)| !known.contains(&&**name)) {
+        None => Ok(()),
+        Some((name, _)) => Err(UnknownGroup {
+            name: name.clone(),
+            known: known.into_iter().map(str::to_owned).collect(),
+        }),
+    }
+}
+
+/// Thickness of a facet with these names: that of the last group which names
+/// it, or the common one.
+pub(super) fn thickness_of(groups: &[(String, f64)], names: &NameSet, common: f64) -> f64 {
+    let mut last_first = groups.iter().rev();
+    let own = last_first.find(|(name, _)| names.all().any(|n| n == name));
+    own.map_or(common, |&(_, thickness)| thickness)
+}
+
+/// A thickness for every triangle, common or by the names of its facet.
 ///
 /// # Errors
 ///
 /// [`UnknownGroup`].
 pub fn thickness_by_group(
     loaded: &LoadedMesh,
-    others: f64,
+    common: f64,
     groups: &[(String, f64)],
 ) -> Result<Vec<f64>, UnknownGroup> {
-    let mut known: Vec<&str> = loaded.names.sets().iter().flat_map(|s| s.all()).collect();
-    known.sort_unstable();
-    known.dedup();
-    if let Some((name, _)) = groups.iter().find(|(name, _)| !known.contains(&&**name)) {
-        return Err(UnknownGroup {
-            name: name.clone(),
-            known: known.into_iter().map(str::to_owned).collect(),
-        });
-    }
-    let thickness = loaded.mesh.faces().map(|face| {
-        let names = loaded.names_of(face);
-        let mut groups = groups.iter().rev();
-        let own = groups.find(|(name, _)| names.all().any(|n| n == name));
-        own.map_or(others, |&(_, thickness)| thickness)
-    });
-    Ok(thickness.collect())
+    check_groups(groups, &loaded.names)?;
+    let of = |face| thickness_of(groups, loaded.names_of(face), common);
+    Ok(loaded.mesh.faces().map(of).collect())
 }

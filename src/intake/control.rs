@@ -2,17 +2,20 @@
 
 use std::path::Path;
 
+use super::balls::{check_groups, thickness_of};
 use super::{IntakeError, check_size, read_warning};
 use crate::io::quote::{figure, shown_path};
-use crate::io::{ControlMesh, Place, read_control};
+use crate::io::{BoundaryTag, ControlMesh, Place, TagKind, read_control};
 use crate::settings::warning::Warning;
-use crate::subdivide::Cage;
+use crate::subdivide::{Boundary, Cage, CageError, Tags};
 
 /// A checked control mesh that looks outward, and what is worth knowing of it.
 #[derive(Clone, Debug)]
 pub struct ControlInput {
-    /// The mesh.
+    /// The mesh with its tags.
     pub cage: Cage,
+    /// What becomes of the boundary, by the file's tag.
+    pub boundary: Boundary,
     /// SHA-256 of the file's bytes, in hexadecimal; empty where there is no file.
     pub sha256: String,
     /// What was odd but could be put right.
@@ -20,32 +23,45 @@ pub struct ControlInput {
 }
 
 impl ControlInput {
-    /// Reads a control mesh.
+    /// Reads a control mesh. Walls of `thickness` are others where `groups` name
+    /// faces.
     ///
     /// # Errors
     ///
     /// [`IntakeError`].
-    pub fn read(file: &Path) -> Result<ControlInput, IntakeError> {
+    pub fn read(
+        file: &Path,
+        thickness: Option<f64>,
+        groups: &[(String, f64)],
+    ) -> Result<ControlInput, IntakeError> {
         check_size(file)?;
         let mesh = read_control(file)?;
-        let cage = Cage::new(mesh.positions.clone(), &mesh.faces).map_err(|problem| {
-            let place = match (problem.face(), problem.vertex()) {
-                (Some(face), _) => mesh.place_of_face(face),
-                (_, Some(vertex)) => mesh.place_of_vertex(vertex),
-                _ => Place::Whole,
-            };
-            IntakeError::Control {
-                file: file.to_owned(),
-                place,
-                problem,
-            }
+        check_groups(groups, &mesh.names).map_err(|problem| IntakeError::Group {
+            file: file.to_owned(),
+            problem,
         })?;
-        let ControlMesh {
-            sha256, warnings, ..
-        } = mesh;
-        let warnings = warnings.iter().map(|warning| read_warning(file, warning));
+        let tags = Tags {
+            creases: mesh.tags.creases.clone(),
+            corners: mesh.tags.corners.clone(),
+            holes: mesh.tags.holes.clone(),
+            shares: shares(&mesh, thickness, groups),
+        };
+        let cage = Cage::new(mesh.positions.clone(), &mesh.faces)
+            .and_then(|cage| cage.tagged(&tags))
+            .map_err(|problem| IntakeError::Control {
+                file: file.to_owned(),
+                place: place_of(&problem, &mesh),
+                problem,
+            })?;
+        let boundary = match mesh.tags.boundary {
+            Some(BoundaryTag::EdgeOnly) => Boundary::EdgeOnly,
+            Some(BoundaryTag::None) => Boundary::None,
+            Some(BoundaryTag::EdgeAndCorner) | None => Boundary::EdgeAndCorner,
+        };
+        let warnings = mesh.warnings.iter().map(|w| read_warning(file, w));
         Ok(ControlInput {
-            sha256,
+            boundary,
+            sha256: mesh.sha256.clone(),
             ..ControlInput::of(cage, file, warnings.collect())
         })
     }
@@ -65,8 +81,44 @@ impl ControlInput {
         }
         ControlInput {
             cage: if inside_out { cage.turned_over() } else { cage },
+            boundary: Boundary::default(),
             sha256: String::new(),
             warnings,
         }
+    }
+}
+
+/// Thickness at each vertex over the common one: the mean of the faces' there.
+fn shares(mesh: &ControlMesh, thickness: Option<f64>, groups: &[(String, f64)]) -> Vec<f64> {
+    let (false, Some(common)) = (groups.is_empty(), thickness) else {
+        return Vec::new();
+    };
+    let mut sums = vec![(0.0, 0.0); mesh.positions.len()];
+    for (face, corners) in (0..).zip(&mesh.faces) {
+        let share = thickness_of(groups, mesh.names.of(face), common) / common;
+        for &v in corners {
+            let (sum, count) = &mut sums[v as usize];
+            *sum += share;
+            *count += 1.0;
+        }
+    }
+    // A vertex without faces is refused later.
+    let mean = |(sum, count): (f64, f64)| if count > 0.0 { sum / count } else { 1.0 };
+    sums.into_iter().map(mean).collect()
+}
+
+/// Where the file states what an error names.
+fn place_of(error: &CageError, mesh: &ControlMesh) -> Place {
+    if let Some(face) = error.face() {
+        return mesh.place_of_face(face);
+    }
+    if let Some(vertex) = error.vertex() {
+        return mesh.place_of_vertex(vertex);
+    }
+    match *error {
+        CageError::NoSuchEdge { tag, .. } => mesh.tags.place_of(TagKind::Crease, tag),
+        CageError::NoSuchCorner { tag, .. } => mesh.tags.place_of(TagKind::Corner, tag),
+        CageError::NoSuchHole { tag, .. } => mesh.tags.place_of(TagKind::Hole, tag),
+        _ => Place::Whole,
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
+use super::balls::UnknownGroup;
 use crate::coping::TagError;
 use crate::io::quote::shown_path;
 use crate::io::{LoadedMesh, NoSolid, Place, ReadError};
@@ -68,6 +69,15 @@ pub enum IntakeError {
         place: Place,
         /// What is wrong.
         problem: CageError,
+    },
+    /// A thickness was given to a name that the file does not have.
+    #[error("{}: {problem}", shown_path(file))]
+    #[diagnostic(forward(problem))]
+    Group {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        problem: UnknownGroup,
     },
     /// The file would not fit into the memory left.
     #[error(

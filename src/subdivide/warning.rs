@@ -44,9 +44,14 @@ impl HollowSolid {
             );
             warn("averaged_normals", message);
         }
-        if let (Level::Fixed(0), true) = (settings.level, self.forced) {
-            let message = "faces of other than four corners: one subdivision step was forced";
-            warn("forced_step", message.to_owned());
+        if let Level::Fixed(level) = settings.level
+            && level < self.forced
+        {
+            let message = format!(
+                "faces of other than four corners and semi-sharp tags take {} subdivision steps: the wall is laid at that level",
+                self.forced
+            );
+            warn("forced_steps", message);
         }
         warnings
     }

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use midsurf::coping::detect::{Detection, Options, Question};
 use midsurf::coping::{detect, detected_text, detected_toml};
-use midsurf::intake::{facets, load, shown_ranges};
+use midsurf::intake::{facets, shown_ranges};
 use midsurf::io::LoadedMesh;
 use midsurf::io::quote::figure;
 use midsurf::io::write::{stage, stage_picture};

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use midsurf::coping::detect;
 use midsurf::coping::detect::{DetectedFace, Detection, Options};
-use midsurf::intake::{CopingSource, facets, load, load_tags, shown_ranges};
+use midsurf::intake::{CopingSource, facets, load_tags, shown_ranges};
 use serde_json::{Value, json};
 
 use crate::cli::shared::failure::Failure;

@@ -6,7 +6,6 @@ use std::process::ExitCode;
 
 use midsurf::intake::{CopingSource, Input};
 use midsurf::io::quote::{figure, shown, shown_path};
-use midsurf::mesh::PartOptions;
 use midsurf::report::info::Info;
 use midsurf::report::thickness::{WallThickness, stage_map};
 

@@ -17,6 +17,7 @@ use serde_json::json;
 
 use super::closed_part::work_json;
 use crate::cli::shared::failure::Failure;
+use crate::cli::shared::groups::{Group, pairs};
 use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::positive;
@@ -50,16 +51,16 @@ Exit codes: 0 done, 2 wrong usage or bad input, 4 the solid is thinner than a ce
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// The mid-surface, non-manifold or not: .ply, or .obj with its table of thickness; with --thickness LENGTH any mesh
-    surface: PathBuf,
+    pub(super) surface: PathBuf,
     /// One thickness for all, or a table of thickness or radius (CSV), instead of that in or beside the file
     #[arg(long, value_name = "LENGTH|FILE")]
-    thickness: Option<Thickness>,
+    pub(super) thickness: Option<Thickness>,
     /// Another thickness for a group, object or material of the file; repeat for several
     #[arg(long, value_name = "NAME=LENGTH", requires = "thickness")]
-    group: Vec<Group>,
+    pub(super) group: Vec<Group>,
     /// End round at all free borders
     #[arg(long)]
-    round_borders: bool,
+    pub(super) round_borders: bool,
     /// Cell size: a length, `0.2t` (of the median thickness), `1%` (of the diagonal), or auto (a quarter of the least thickness)
     #[arg(
         long,
@@ -67,21 +68,21 @@ pub(crate) struct Args {
         default_value = "auto",
         allow_negative_numbers = true
     )]
-    cell: CellSize,
+    pub(super) cell: CellSize,
     /// Split chords that stray farther than this from the solid [default: 0.1% of the median thickness]
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
-    tolerance: Option<f64>,
+    pub(super) tolerance: Option<f64>,
     #[command(flatten)]
-    solid: SolidArgs,
+    pub(super) solid: SolidArgs,
     #[command(flatten)]
-    memory: MemoryArgs,
+    pub(super) memory: MemoryArgs,
     #[command(flatten)]
-    run: RunArgs,
+    pub(super) run: RunArgs,
 }
 
 /// `--thickness`.
 #[derive(Clone)]
-enum Thickness {
+pub(super) enum Thickness {
     Length(f64),
     Table(PathBuf),
 }
@@ -97,23 +98,6 @@ impl FromStr for Thickness {
     }
 }
 
-/// `--group`.
-#[derive(Clone)]
-struct Group {
-    name: String,
-    thickness: f64,
-}
-
-impl FromStr for Group {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Group, String> {
-        let (name, thickness) = text.rsplit_once('=').ok_or("expected NAME=LENGTH")?;
-        let (name, thickness) = (name.to_owned(), positive(thickness)?);
-        Ok(Group { name, thickness })
-    }
-}
-
 /// What is thickened, and what is known of its file.
 struct Source {
     surface: BallSurface,
@@ -126,6 +110,12 @@ struct Source {
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    run_as("rethicken", args)
+}
+
+/// The work of this command under the name of another that means the same
+/// solid.
+pub(super) fn run_as(command: &str, args: Args) -> Result<ExitCode, Failure> {
     let mut inputs = vec![(args.surface.as_path(), "mid-surface")];
     let beside = thickness_file(&args.surface);
     match &args.thickness {
@@ -154,7 +144,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mesh = &result.mesh;
     let staged = args.solid.stage(mesh, None)?;
     let report = Envelope {
-        command: "rethicken",
+        command,
         input: json!({
             "surface": named(&args.surface),
             "sha256": source.sha256,
@@ -233,9 +223,7 @@ impl Args {
     /// Any mesh with a thickness by group.
     fn shell(&self, length: f64) -> Result<Source, Failure> {
         let (loaded, warnings) = load(&self.surface)?;
-        let groups = self.group.iter().map(|g| (g.name.clone(), g.thickness));
-        let groups: Vec<(String, f64)> = groups.collect();
-        let thickness = thickness_by_group(&loaded, length, &groups)
+        let thickness = thickness_by_group(&loaded, length, &pairs(&self.group))
             .map_err(|error| Failure::refused(&self.surface, &error))?;
         let surface = BallSurface::of_shell(&loaded.mesh, &thickness)
             .map_err(|error| failure(&error, &self.surface))?;

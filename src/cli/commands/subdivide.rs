@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::intake::ControlInput;
-use midsurf::io::quote::{figure, shown_path};
+use midsurf::io::quote::figure;
 use midsurf::io::write::Shade;
 use midsurf::offset::OffsetError;
 use midsurf::settings::cell::CellSize;
@@ -14,12 +14,13 @@ use midsurf::settings::warning::Warning;
 use midsurf::subdivide::{
     Boundary, Cage, ContourError, ContourSettings, FoldFree, HollowSolid, Level, MOST_LEVELS,
     MOST_SAMPLES, Scheme, Settings, SubdivideError, Trial, check_memory, contour, hollow_out,
-    interpolate,
+    interpolate, level_and_samples,
 };
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
+use crate::cli::shared::groups::{Group, pairs};
 use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::positive;
@@ -61,9 +62,12 @@ pub(crate) struct Args {
     /// Wall thickness
     #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true, required_unless_present = "interpolate")]
     thickness: Option<f64>,
-    /// Steps along each side of a face
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=MOST_SAMPLES as i64))]
-    samples: u16,
+    /// Another thickness for the faces of a group, object or material; repeat for several
+    #[arg(long, value_name = "NAME=LENGTH", requires = "thickness")]
+    group: Vec<Group>,
+    /// Steps along each side of a face [default: 8, fewer where semi-sharp tags ask for more levels]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_SAMPLES as i64))]
+    samples: Option<u16>,
     /// Subdivision steps before the inner surface is laid, all counted [default: 1]
     #[arg(long, value_name = "N", conflicts_with = "tolerance", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_LEVELS)))]
     levels: Option<u32>,
@@ -81,9 +85,9 @@ pub(crate) struct Args {
         allow_negative_numbers = true
     )]
     cell: CellSize,
-    /// What becomes of boundary vertices of a single face: held, or smoothed
-    #[arg(long, value_enum, default_value_t = BoundaryName::Corner)]
-    boundary: BoundaryName,
+    /// What becomes of the boundary [default: what the file's interpolateboundary tag says, else corner]
+    #[arg(long, value_enum)]
+    boundary: Option<BoundaryName>,
     /// Instead of a solid, the surface that passes through the control vertices
     #[arg(long, conflicts_with_all = ["thickness", "tolerance", "scheme"])]
     interpolate: bool,
@@ -110,10 +114,12 @@ enum SchemeName {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum BoundaryName {
-    /// Held in place (edge and corner)
+    /// Curves, and vertices of a single face held in place (edge and corner)
     Corner,
-    /// Smoothed like the others (edge only)
+    /// Curves, smooth at such vertices too (edge only)
     Edge,
+    /// Faces at the boundary have no surface, but shape that of the others
+    None,
 }
 
 impl Args {
@@ -125,10 +131,12 @@ impl Args {
         }
     }
 
-    fn boundary(&self) -> Boundary {
-        match self.boundary {
-            BoundaryName::Corner => Boundary::EdgeAndCorner,
-            BoundaryName::Edge => Boundary::EdgeOnly,
+    /// Steps a side where none are asked for: about eight along a side of a face
+    /// at the level asked for.
+    fn samples(&self, cage: &Cage) -> usize {
+        match self.samples {
+            Some(samples) => usize::from(samples),
+            None => level_and_samples(cage, self.levels.unwrap_or(1), 8).1,
         }
     }
 
@@ -143,6 +151,7 @@ impl Args {
 /// A control mesh, and when reading it began and the seconds that took.
 struct Control {
     cage: Cage,
+    boundary: BoundaryName,
     sha256: String,
     warnings: Vec<Warning>,
     started: Instant,
@@ -150,17 +159,15 @@ struct Control {
 }
 
 impl Control {
-    fn read(file: &Path) -> Result<Control, Failure> {
+    fn read(args: &Args) -> Result<Control, Failure> {
         let started = Instant::now();
-        let ControlInput {
-            cage,
-            sha256,
-            warnings,
-        } = ControlInput::read(file)?;
+        let groups = pairs(&args.group);
+        let input = ControlInput::read(&args.control, args.thickness, &groups)?;
         Ok(Control {
-            cage,
-            sha256,
-            warnings,
+            boundary: args.boundary.unwrap_or(BoundaryName::of(input.boundary)),
+            cage: input.cage,
+            sha256: input.sha256,
+            warnings: input.warnings,
             started,
             read_seconds: started.elapsed().as_secs_f64(),
         })
@@ -176,9 +183,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.control.as_path(), "control mesh")];
     args.solid.check_names(&inputs, &args.run)?;
     let progress = args.run.start()?;
-    let control = Control::read(&args.control)?;
+    let control = Control::read(&args)?;
     let level = args.levels.unwrap_or(1);
-    let samples = usize::from(args.samples);
+    let samples = args.samples(&control.cage);
     check_memory(&control.cage, level, samples, args.memory.allowed())
         .map_err(|error| failed(&error, &args.control))?;
     if !args.run.quiet {
@@ -193,10 +200,10 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let settings = Settings {
         // Clap asks for it unless --interpolate is given.
         thickness: args.thickness.unwrap_or_default(),
-        samples: usize::from(args.samples),
+        samples: args.samples(&control.cage),
         level: args.level(),
         scheme,
-        boundary: args.boundary(),
+        boundary: control.boundary.rule(),
     };
     let stages = RefCell::new(Vec::new());
     let show = |stage| {
@@ -257,9 +264,9 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
     let settings = ContourSettings {
         // Clap asks for it unless --interpolate is given.
         thickness: args.thickness.unwrap_or_default(),
-        samples: usize::from(args.samples),
+        samples: args.samples(&control.cage),
         level: args.levels.unwrap_or(1),
-        boundary: args.boundary(),
+        boundary: control.boundary.rule(),
         cell: args.cell,
         precision: args.solid.precision(),
     };
@@ -279,7 +286,7 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
             "scheme": "contour",
             "thickness": settings.thickness,
             "samples": settings.samples,
-            "boundary": boundary(args),
+            "boundary": control.boundary.name(),
         }),
         seconds: control.seconds(),
         outputs: args.solid.outputs(),
@@ -321,15 +328,15 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
 /// `--interpolate`: writes the surface through the control vertices.
 fn through(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCode, Failure> {
     progress.show("surface", 0, 0);
-    let samples = usize::from(args.samples);
+    let samples = args.samples(&control.cage);
     let level = args.levels.unwrap_or(0);
-    let (mesh, level) = interpolate(&control.cage, level, samples, args.boundary())
+    let (mesh, level) = interpolate(&control.cage, level, samples, control.boundary.rule())
         .map_err(|error| failed(&error, &args.control))?;
     let staged = args.solid.stage(&mesh, None)?;
     let report = Envelope {
         command: "subdivide",
         input: input(args, control),
-        settings: json!({ "interpolate": true, "samples": samples, "boundary": boundary(args) }),
+        settings: json!({ "interpolate": true, "samples": samples, "boundary": control.boundary.name() }),
         seconds: control.seconds(),
         outputs: args.solid.outputs(),
         warnings: control.warnings.iter().collect(),
@@ -353,10 +360,29 @@ fn through(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCo
     Ok(ExitCode::SUCCESS)
 }
 
-fn boundary(args: &Args) -> &'static str {
-    match args.boundary {
-        BoundaryName::Corner => "corner",
-        BoundaryName::Edge => "edge",
+impl BoundaryName {
+    fn of(rule: Boundary) -> BoundaryName {
+        match rule {
+            Boundary::EdgeAndCorner => BoundaryName::Corner,
+            Boundary::EdgeOnly => BoundaryName::Edge,
+            Boundary::None => BoundaryName::None,
+        }
+    }
+
+    fn rule(self) -> Boundary {
+        match self {
+            BoundaryName::Corner => Boundary::EdgeAndCorner,
+            BoundaryName::Edge => Boundary::EdgeOnly,
+            BoundaryName::None => Boundary::None,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            BoundaryName::Corner => "corner",
+            BoundaryName::Edge => "edge",
+            BoundaryName::None => "none",
+        }
     }
 }
 
@@ -396,11 +422,12 @@ fn report(
         input: input(args, control),
         settings: json!({
             "thickness": settings.thickness,
+            "groups": args.group.iter().map(|g| json!([g.name, g.thickness])).collect::<Vec<_>>(),
             "samples": settings.samples,
             "levels": args.levels,
             "tolerance": args.tolerance,
             "scheme": settings.scheme.name(),
-            "boundary": boundary(args),
+            "boundary": control.boundary.name(),
         }),
         seconds,
         outputs: args.solid.outputs(),
@@ -409,7 +436,7 @@ fn report(
     .around(json!({
         "result": {
             "levels": solid.trial.level,
-            "forced_step": solid.forced,
+            "forced_steps": solid.forced,
             "faces": solid.faces,
             "crowded_faces": solid.crowded_faces,
             "averaged_normals": solid.averaged_normals,
@@ -456,11 +483,8 @@ fn summary(solid: &HollowSolid, settings: &Settings, verbose: u8) {
     let trial = &solid.trial;
     let [least, most] = range(&solid.thickness);
     say(format_args!(
-        "levels       {}{}, {} faces, {} of them with several extraordinary vertices",
-        trial.level,
-        if solid.forced { " (one forced)" } else { "" },
-        solid.faces,
-        solid.crowded_faces
+        "levels       {} ({} forced), {} faces, {} of them with several extraordinary vertices",
+        trial.level, solid.forced, solid.faces, solid.crowded_faces
     ));
     say(format_args!(
         "thickness    {} to {}, asked for {}; epsilon {}",

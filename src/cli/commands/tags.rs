@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use midsurf::coping::{Coping, RuleResult};
-use midsurf::intake::{CopingSource, load, load_tags};
+use midsurf::intake::{CopingSource, load_tags};
 use midsurf::io::LoadedMesh;
 use midsurf::io::quote::{figure, shown};
 use midsurf::io::write::stage;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use midsurf::intake::{CopingSource, load, load_tags};
+use midsurf::intake::{CopingSource, load_tags};
 use midsurf::io::read_surface;
 use midsurf::mesh::PartOptions;
 use midsurf::view::{Server, Subject};
@@ -11,7 +11,6 @@ use midsurf::view::{Server, Subject};
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
-use crate::cli::shared::numbers::positive;
 use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 
 const EXAMPLES: &str = "\

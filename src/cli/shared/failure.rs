@@ -9,11 +9,12 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use super::console::log;
 use midsurf::intake::IntakeError;
 use midsurf::io::Place;
 use midsurf::io::quote::bounded;
 use midsurf::settings::remedy::fitting;
+
+use super::console::log;
 use miette::{Diagnostic, LabeledSpan, Report, SourceCode};
 
 /// A failed command.

@@ -1,8 +1,10 @@
 //! What commands share: flags, numbers, input, output, and what they say.
 
+pub(crate) mod config;
 pub(crate) mod console;
 pub(crate) mod elements;
 pub(crate) mod failure;
+pub(crate) mod groups;
 pub(crate) mod input;
 pub(crate) mod memory;
 pub(crate) mod numbers;

@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
+use midsurf::settings::memory::peak;
+use midsurf::settings::warning::Warning;
 use serde_json::{Value, json};
 
 use super::config;
-use midsurf::settings::memory::peak;
-use midsurf::settings::warning::Warning;
 
 /// Version of the report's layout; raised when a reader must change.
 const SCHEMA: u32 = 1;

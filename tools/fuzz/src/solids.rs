@@ -39,7 +39,13 @@ impl Draw<'_> {
     fn length(&mut self) -> f64 {
         let whole = f64::from(self.below(5));
         let near = [0.0, 1e-16, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 0.3];
-        whole + near[usize::from(self.below(8))] * if self.byte().is_multiple_of(2) { 1.0 } else { -1.0 }
+        whole
+            + near[usize::from(self.below(8))]
+                * if self.byte().is_multiple_of(2) {
+                    1.0
+                } else {
+                    -1.0
+                }
     }
 
     /// Plain three times of four.

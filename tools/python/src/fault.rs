@@ -58,7 +58,11 @@ impl Fault {
     /// As an exception out of a function that has these arguments.
     pub(crate) fn raise(self, arguments: &[&str]) -> PyErr {
         // Flags have dashes where arguments have lines.
-        let flags: Vec<String> = arguments.iter().map(|a| a.replace('_', "-")).collect();
+        let flag = |name: &&str| match *name {
+            "groups" => "group".to_owned(),
+            name => name.replace('_', "-"),
+        };
+        let flags: Vec<String> = arguments.iter().map(flag).collect();
         let help = self.help.and_then(|help| fitting(&help, &flags));
         let (message, help) = (bounded(&self.message), help.map(|help| spelt(&help)));
         if self.fruitless {

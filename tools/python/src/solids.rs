@@ -18,7 +18,7 @@ use midsurf::settings::precision::Precision;
 use midsurf::settings::warning::Warning;
 use midsurf::subdivide::{
     Boundary, Cage, ContourError, ContourSettings, Level, Polygon, Scheme, SubdivideError,
-    check_memory, contour_until, hollow_out,
+    check_memory, contour_until, hollow_out, level_and_samples,
 };
 use midsurf::thicken::{Side, ThickenError};
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
@@ -365,7 +365,7 @@ impl Thick {
 }
 
 /// Arguments of `rethicken` that remedies may name.
-const RETHICKEN: [&str; 5] = ["thickness", "group", "cell", "tolerance", "memory_limit"];
+const RETHICKEN: [&str; 5] = ["thickness", "groups", "cell", "tolerance", "memory_limit"];
 
 /// Thickens a mid-surface by its own thickness.
 #[pyfunction]
@@ -517,8 +517,9 @@ pub(crate) enum Control<'py> {
 }
 
 /// Arguments of `subdivide` that remedies may name.
-const SUBDIVIDE: [&str; 8] = [
+const SUBDIVIDE: [&str; 9] = [
     "thickness",
+    "groups",
     "samples",
     "levels",
     "tolerance",
@@ -541,6 +542,22 @@ fn scheme(name: &str) -> Result<Option<Scheme>, Fault> {
     }
 }
 
+/// A rule for boundaries.
+fn rule(name: &str) -> Result<Boundary, Fault> {
+    match name {
+        "corner" => Ok(Boundary::EdgeAndCorner),
+        "edge" => Ok(Boundary::EdgeOnly),
+        "none" => Ok(Boundary::None),
+        _ => {
+            let words = "expected \"corner\", \"edge\" or \"none\"";
+            Err(Fault::argument("boundary", words))
+        }
+    }
+}
+
+/// Steps along a side of a face where none are asked for.
+const SAMPLES: usize = 8;
+
 /// Makes a hollow solid of a control mesh.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
@@ -548,11 +565,12 @@ pub(crate) fn subdivide<'py>(
     py: Python<'py>,
     control: Control<'py>,
     thickness: f64,
-    samples: usize,
+    samples: Option<usize>,
     levels: Option<u32>,
     tolerance: Option<f64>,
     named: &str,
-    smooth_corners: bool,
+    boundary: Option<&str>,
+    groups: Vec<(String, f64)>,
     cell: &str,
     single: bool,
     memory_limit: Option<&str>,
@@ -568,20 +586,21 @@ pub(crate) fn subdivide<'py>(
     };
     let told = || {
         let cell: CellSize = given::cell("cell", cell)?;
-        Ok((scheme(named)?, cell, given::memory(memory_limit)?))
+        let rule = boundary.map(rule).transpose()?;
+        Ok((scheme(named)?, rule, cell, given::memory(memory_limit)?))
     };
-    let (scheme, cell, allowed) = told().map_err(|fault: Fault| fault.raise(&SUBDIVIDE))?;
-    let boundary = if smooth_corners {
-        Boundary::EdgeOnly
-    } else {
-        Boundary::EdgeAndCorner
-    };
+    let (scheme, rule, cell, allowed) = told().map_err(|fault: Fault| fault.raise(&SUBDIVIDE))?;
     let level = levels.unwrap_or(1);
     let made = run(py, threads, progress, |show, stop| {
         show("reading", 0, 0);
         let ControlInput {
-            cage, mut warnings, ..
-        } = control.input(&name)?;
+            cage,
+            boundary,
+            mut warnings,
+            ..
+        } = control.input(&name, thickness, &groups)?;
+        let boundary = rule.unwrap_or(boundary);
+        let samples = samples.unwrap_or_else(|| level_and_samples(&cage, level, SAMPLES).1);
         let refused = |error: SubdivideError| match error {
             SubdivideError::NoLevel { .. } => Fault::fruitless(&name, &error),
             error => Fault::refused(&name, &error),
@@ -646,9 +665,17 @@ enum Origin {
 }
 
 impl Origin {
-    fn input(self, name: &Path) -> Result<ControlInput, Fault> {
+    fn input(
+        self,
+        name: &Path,
+        thickness: f64,
+        groups: &[(String, f64)],
+    ) -> Result<ControlInput, Fault> {
         match self {
-            Origin::File(file) => ControlInput::read(&file).map_err(given::intake),
+            Origin::File(file) => {
+                given::positive("thickness", thickness)?;
+                ControlInput::read(&file, Some(thickness), groups).map_err(given::intake)
+            }
             Origin::Faces(positions, faces) => {
                 let faces: Vec<Polygon> = faces.into_iter().map(Polygon::from_vec).collect();
                 let cage = Cage::new(positions, &faces);

@@ -193,14 +193,24 @@ def thicken(
 ) -> Mesh:
     """Makes a solid of a surface, on one side of it; the surface itself is part of the result.
 
-    :param side: "inner", against the normals, or "outer".
+    :param side: "inner", against the normals, "outer", or "both", half of the thickness on either.
     :param cell: a length, ``"1%"`` of the diagonal, or ``"auto"``, a quarter of the thickness.
     """
-    outer = _one_of("side", side, ("inner", "outer")) == "outer"
+    if _one_of("side", side, ("inner", "outer", "both")) == "both":
+        return rethicken(
+            surface,
+            thickness=thickness,
+            cell=cell,
+            tolerance=tolerance,
+            single_precision=single_precision,
+            memory_limit=memory_limit,
+            threads=threads,
+            progress=progress,
+        )
     how = (amount(memory_limit), _count(threads), progress)
     return _solid(
         _midsurf.thicken(
-            mesh(surface), float(thickness), outer, size(cell), tolerance, single_precision, *how
+            mesh(surface), float(thickness), side == "outer", size(cell), tolerance, single_precision, *how
         )
     )
 
@@ -287,11 +297,12 @@ def subdivide(
     control: str | os.PathLike[str] | tuple[npt.ArrayLike, Sequence[Sequence[int]]],
     thickness: float,
     *,
-    samples: int = 8,
+    samples: int | None = None,
     levels: int | None = None,
     tolerance: float | None = None,
+    groups: Mapping[str, float] | None = None,
     scheme: str = "crust",
-    boundary: str = "corner",
+    boundary: str | None = None,
     cell: Size = "auto",
     single_precision: bool = False,
     memory_limit: int | str | None = None,
@@ -301,12 +312,14 @@ def subdivide(
     """Makes a hollow solid of a Catmull-Clark control mesh.
 
     :param control: an ``.obj`` of polygons, or ``(vertices, faces)`` with the corners of every face.
-    :param samples: steps along each side of a face.
+    :param samples: steps along each side of a face; by default 8, fewer where semi-sharp tags ask for more levels.
     :param levels: subdivision steps before the inner surface is laid; by default 1.
     :param tolerance: instead of ``levels``: takes the first level whose wall is nowhere thinner by more than this
         and that has no fold.
+    :param groups: other thicknesses, by the names of groups, objects or materials of a file.
     :param scheme: "crust", "direct", or "contour", which never folds.
-    :param boundary: "corner" holds boundary vertices of a single face in place, "edge" smooths them.
+    :param boundary: "corner" holds boundary vertices of a single face in place, "edge" smooths them, faces at the
+        boundary have no surface with "none"; by default what the file's tag says, else "corner".
     :param cell: of the scheme "contour": a length, ``"0.5t"``, ``"1%"`` or ``"auto"``.
     """
     if levels is not None and tolerance is not None:
@@ -316,11 +329,12 @@ def subdivide(
             "tolerance chooses a level for the crust, and the scheme contour lays none",
             "say with levels and samples how finely to divide the surface",
         )
-    smooth = _one_of("boundary", boundary, ("corner", "edge")) == "edge"
     given: Any
     if isinstance(control, (str, os.PathLike)):
         given = os.fspath(control)
     else:
+        if groups:
+            raise InputError("groups go with a file that names them", "leave groups away")
         vertices, faces = control
         corners = [[int(corner) for corner in face] for face in faces]
         if any(corner < 0 or corner > 0xFFFFFFFF for face in corners for corner in face):
@@ -328,7 +342,7 @@ def subdivide(
         given = (rows(vertices, "vertices", np.float64), corners)
     how = (amount(memory_limit), _count(threads), progress)
     levels = None if levels is None else _whole("levels", levels)
-    samples = _whole("samples", samples)
+    samples = None if samples is None else _whole("samples", samples)
     return _solid(
         _midsurf.subdivide(
             given,
@@ -337,7 +351,8 @@ def subdivide(
             levels,
             tolerance,
             scheme,
-            smooth,
+            boundary,
+            list((groups or {}).items()),
             size(cell),
             single_precision,
             *how,
