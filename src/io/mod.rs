@@ -18,10 +18,10 @@ pub use error::{Place, Problem, ReadError};
 pub use names::{FacetNames, NameSet};
 pub(crate) use read::read_bytes;
 pub use read::{
-    ControlMesh, LoadedMesh, LoadedSurface, MAX_INPUT, MeshFormat, NoSolid, PlyValues,
-    RadiusSource, ReadWarning, SurfaceReadError, Tessellation, is_cad, limit_input,
-    read_any_surface, read_control, read_control_bytes, read_mesh, read_mesh_bytes, read_mesh_with,
-    read_surface,
+    BoundaryTag, ControlMesh, ControlTags, LoadedMesh, LoadedSurface, MAX_INPUT, MeshFormat,
+    NoSolid, PlyValues, RadiusSource, ReadWarning, SurfaceReadError, TagKind, Tessellation, is_cad,
+    limit_input, read_any_surface, read_control, read_control_bytes, read_mesh, read_mesh_bytes,
+    read_mesh_with, read_surface,
 };
 pub(crate) use text::decode;
 pub use unit::Unit;

@@ -29,6 +29,7 @@ mod schema;
 mod shell;
 mod snapshots;
 mod subdivide;
+mod surfaces;
 mod tags;
 mod thicken;
 #[cfg(feature = "view")]

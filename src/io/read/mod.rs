@@ -11,6 +11,7 @@ mod loaded;
 mod msh;
 mod msh_binary;
 mod obj;
+mod obj_tags;
 mod off;
 mod ply;
 mod polygon;
@@ -28,6 +29,7 @@ pub use bytes::{MAX_INPUT, limit_input};
 pub use cad::{Tessellation, is_cad};
 pub use control::{ControlMesh, read_control, read_control_bytes};
 pub use loaded::{LoadedMesh, PlyValues, ReadWarning};
+pub use obj_tags::{BoundaryTag, ControlTags, TagKind};
 pub use prepare::NoSolid;
 pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_any_surface, read_surface};
 
