@@ -211,7 +211,11 @@ fn bad_gltf_is_refused_in_words() {
     let (document, data) = gltf(None);
     let with = |pointer: &str, value: Value| {
         let mut document = document.clone();
-        *document.pointer_mut(pointer).unwrap() = value;
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        match document.pointer_mut(parent).unwrap() {
+            Value::Array(items) => items[key.parse::<usize>().unwrap()] = value,
+            object => object[key] = value,
+        }
         let error = read(MeshFormat::Gltf, &glb(&document, &data)).unwrap_err();
         error.to_string()
     };

@@ -46,6 +46,9 @@ fn fits(value: &Value, schema: &Value, root: &Value, at: &str) -> Result<(), Str
             }
             "minimum" if value.as_f64() < wanted.as_f64() => return fail("too small"),
             "minimum" => {}
+            // Of what is no list or object nothing more is asked.
+            "minItems" | "maxItems" | "items" if !value.is_array() => {}
+            "additionalProperties" | "required" if !value.is_object() => {}
             "minItems" | "maxItems" => {
                 let (count, bound) = (value.as_array().unwrap().len(), wanted.as_u64().unwrap());
                 let fits = match keyword.as_str() {

@@ -242,7 +242,12 @@ fn walls_are_measured_where_they_are_pointed_at() {
     assert!(told("thickness?999999,0,0,0")["thickness"].is_null());
     assert!(told("thickness?0,nan,0,0")["thickness"].is_null());
 
-    let (_, lines) = view.ask("POST", "extract?cell=1t", &vec![0; mesh.triangles.len()]);
+    let loaded = midsurf::io::read_mesh(&part).unwrap();
+    let tags = midsurf::coping::read_tags(fixture("plate.coping.txt"), &loaded, &part).unwrap();
+    let flags: Vec<u8> = tags.flags.iter().map(|&flag| u8::from(flag)).collect();
+    assert_eq!(view.ask("POST", "tags", &flags).0, 200);
+    let measured = told("measure");
+    let (_, lines) = view.ask("POST", "extract?cell=1t", &flags);
     let text = String::from_utf8(lines).unwrap();
     let last: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
     let cells = last["result"]["cells"].as_f64().unwrap();

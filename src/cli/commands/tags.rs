@@ -47,6 +47,10 @@ pub(crate) struct Args {
     action: Option<Action>,
     #[command(flatten)]
     show: Option<ShowArgs>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
 }
 
 /// What to do with tags, besides showing them.
@@ -68,17 +72,13 @@ struct ShowArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    #[command(flatten)]
-    reading: ReadingArgs,
-    #[command(flatten)]
-    select: SelectArgs,
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     match (args.action, args.show) {
         (Some(Action::Detect(args)), _) => detect::run(&args),
         (Some(Action::Explain(args)), _) => explain::run(&args),
-        (None, Some(args)) => show(args),
+        (None, Some(show_args)) => show(show_args, &args.reading, &args.select),
         (None, None) => Err(Failure::usage(
             "a part and a tag file are needed",
             "`midsurf tags PART TAGS`, or `midsurf tags detect PART`",
@@ -86,12 +86,12 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
 }
 
-fn show(args: ShowArgs) -> Result<ExitCode, Failure> {
+fn show(args: ShowArgs, reading: &ReadingArgs, select: &SelectArgs) -> Result<ExitCode, Failure> {
     pool::start(None);
     if let Some(file) = &args.output {
         check_output(&args, file)?;
     }
-    let (loaded, mut warnings) = args.reading.with(Some(&args.select)).load(&args.part)?;
+    let (loaded, mut warnings) = reading.with(Some(select)).load(&args.part)?;
     let (coping, more) = load_tags(&CopingSource::File(args.tags.clone()), &loaded, &args.part)?;
     warnings.extend(more);
     print_warnings(&warnings);
