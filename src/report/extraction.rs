@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use super::missed::missed_tags;
+use super::missed::missed_warnings;
 use crate::extract::Extraction;
 use crate::intake::Input;
 use crate::io::quote::figure;
@@ -148,7 +148,7 @@ pub fn warnings(input: &Input, result: &Extraction) -> Vec<Warning> {
             ),
         );
     }
-    warnings.extend(missed_tags(input, result));
+    warnings.extend(missed_warnings(input, result));
     warnings
 }
 

@@ -6,4 +6,3 @@ pub mod detection;
 pub mod extraction;
 pub mod info;
 mod missed;
-pub mod thickness;

@@ -4,10 +4,11 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use midsurf::inspect::Walls;
 use midsurf::intake::{CopingSource, Input};
 use midsurf::io::quote::{figure, shown, shown_path};
+use midsurf::io::write::{Scalars, stage_scalars};
 use midsurf::report::info::Info;
-use midsurf::report::thickness::{WallThickness, stage_map};
 
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
@@ -72,7 +73,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let reading = args.reading.with(Some(&args.select));
     let mut input = Input::read(&args.part, &args.coping, &reading, true)?;
     input.keep_for_info(&args.coping);
-    let thickness = WallThickness::of(&input.part, args.min_wall);
+    let walls = Walls::of(&input.part);
+    let thickness = walls.thickness(args.min_wall);
     if let Some(file) = &args.output {
         let Some(thickness) = &thickness else {
             return Err(Failure::no_result(
@@ -83,7 +85,13 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
                 "check the coping tags with `midsurf tags explain PART TAGS`",
             ));
         };
-        let staged = stage_map(&input.part, thickness, file).map_err(Failure::output)?;
+        let map = walls.map();
+        let scalars = Scalars {
+            name: "thickness",
+            values: &map.thickness,
+            range: thickness.range(),
+        };
+        let staged = stage_scalars(&map.mesh, scalars, file).map_err(Failure::output)?;
         staged.commit().map_err(Failure::output)?;
     }
     let info = Info::of(&input, thickness);
@@ -105,34 +113,35 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 
 /// Tells people.
 fn print(info: &Info, out: &mut impl Write) -> io::Result<()> {
-    let [a, b] = [info.min, info.max];
+    let shape = &info.shape;
+    let [a, b] = [shape.min, shape.max];
     writeln!(out, "part         {}", shown(&info.part))?;
-    write!(out, "triangles    {}", info.triangles)?;
-    if info.facets != info.triangles {
+    write!(out, "triangles    {}", shape.triangles)?;
+    if info.facets != shape.triangles {
         write!(out, " from {} faces", info.facets)?;
     }
-    writeln!(out, ", {} of them coping", info.coping_triangles)?;
-    writeln!(out, "vertices     {}", info.vertices)?;
-    if info.watertight {
+    writeln!(out, ", {} of them coping", shape.coping_triangles)?;
+    writeln!(out, "vertices     {}", shape.vertices)?;
+    if shape.watertight {
         writeln!(out, "watertight   yes")?;
     } else {
-        writeln!(out, "watertight   no, {} open edges", info.open_edges)?;
+        writeln!(out, "watertight   no, {} open edges", shape.open_edges)?;
     }
-    if info.non_manifold_edges > 0 {
+    if shape.non_manifold_edges > 0 {
         writeln!(
             out,
             "non-manifold {} edges with more than two triangles",
-            info.non_manifold_edges
+            shape.non_manifold_edges
         )?;
     }
-    writeln!(out, "components   {}", info.components)?;
-    writeln!(out, "euler        {}", info.euler)?;
-    writeln!(out, "volume       {}", figure(info.volume))?;
+    writeln!(out, "components   {}", shape.components)?;
+    writeln!(out, "euler        {}", shape.euler)?;
+    writeln!(out, "volume       {}", figure(shape.volume))?;
     writeln!(
         out,
         "area         {}, of it wall {}",
-        figure(info.area),
-        figure(info.wall_area)
+        figure(shape.area),
+        figure(shape.wall_area)
     )?;
     writeln!(
         out,
@@ -145,7 +154,7 @@ fn print(info: &Info, out: &mut impl Write) -> io::Result<()> {
         figure(b[0] - a[0]),
         figure(b[1] - a[1]),
         figure(b[2] - a[2]),
-        figure(info.diagonal)
+        figure(shape.diagonal)
     )?;
     if let Some(unit) = info.unit {
         writeln!(out, "unit         {unit}")?;

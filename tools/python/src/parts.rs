@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use midsurf::coping::detect::{Detection, Options};
 use midsurf::coping::{detect, detected_text, detected_toml};
+use midsurf::inspect::Walls;
 use midsurf::io::LoadedMesh;
 use midsurf::io::write::stage;
 use midsurf::report::detection::account;
 use midsurf::report::info::Info;
-use midsurf::report::thickness::WallThickness;
 use midsurf::settings::warning::Warning;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -42,7 +42,7 @@ pub(crate) fn info(
     let told = run(py, threads, None, |_, _| {
         let mut input = part.part(&coping.0, &reading, true)?;
         input.keep_for_info(&coping.0);
-        let thickness = WallThickness::of(&input.part, min_wall);
+        let thickness = Walls::of(&input.part).thickness(min_wall);
         Ok(serde_json::json!(Info::of(&input, thickness)).to_string())
     })?;
     told.map_err(|fault: Fault| fault.raise(&INFO))
