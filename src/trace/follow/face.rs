@@ -6,8 +6,9 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::contour::{self, Exit, Region, Start, Stop};
+use super::contour::{self, Start, Stop};
 use super::fan::{Spoke, alike, fan};
+use super::region::{Exit, Region};
 use crate::mesh::FaceId;
 use crate::trace::edge::Crossing;
 use crate::trace::probe::{Pair, Probe};

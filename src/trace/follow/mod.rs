@@ -1,9 +1,9 @@
 //! The contour followers (Bloomenthal 2011, section 4).
 //!
-//! * [`contour`]: the 2D follower, in the plane of a tetrahedron face or of a
-//!   coping triangle.
+//! * [`contour`]: the 2D follower, in a [`region`]: the plane of a tetrahedron
+//!   face or of a coping triangle.
 //! * [`seam`]: the 3D follower of curves where three or more walls tie: seams,
-//!   and the fading borders that end in the centre of a round.
+//!   and the fading borders that end in the centre of a round; in a [`cage`].
 //! * [`border`]: the 3D follower of coping borders, which is the 2D follower
 //!   walking from one coping triangle to the next.
 //! * [`fan`]: what leaves a point where walls tie: the circle of footpoint
@@ -17,9 +17,11 @@
 //! footpoints stay on the same two triangles, which are convex.
 
 pub mod border;
+pub mod cage;
 pub mod contour;
 pub mod face;
 pub mod fan;
+pub mod region;
 pub mod seam;
 #[cfg(test)]
 mod tests;
