@@ -65,6 +65,10 @@ pub struct Counts {
     /// Loops closed by matching what was left open, where a curve was lost or
     /// a sheet stops being one on the way.
     pub matched: usize,
+    /// Borders where no wall ends: following was lost between walls that are
+    /// separate, in a face whose small triangles did not tell how it goes on,
+    /// or on a seam through a tetrahedron.
+    pub torn: usize,
     /// Faces that still changed when the rounds were over: two followers
     /// that do not agree.
     pub unsettled: usize,
@@ -405,6 +409,11 @@ impl<'a> Tracer<'a> {
                 let faces = self.found.faces.values().map(|f| f.matched as usize);
                 let tets = self.found.tets.values().map(|t| t.matched as usize);
                 faces.sum::<usize>() + tets.sum::<usize>()
+            },
+            torn: {
+                let nodes = self.found.faces.values().flat_map(|f| &f.nodes);
+                let tets = self.found.tets.values().map(|t| t.torn as usize);
+                nodes.filter(|n| n.kind == FaceNodeKind::Torn).count() + tets.sum::<usize>()
             },
             unsettled: self.found.unsettled,
         }

@@ -56,7 +56,7 @@ impl Cage {
 
     /// How far outside `x` lies, at most (negative inside); one face may be
     /// left out.
-    pub(super) fn excess(&self, x: DVec3, but: Option<usize>) -> f64 {
+    pub(in crate::trace) fn excess(&self, x: DVec3, but: Option<usize>) -> f64 {
         (0..4)
             .filter(|&i| Some(i) != but)
             .map(|i| -self.inward[i].dot(x - self.on_face(i)))

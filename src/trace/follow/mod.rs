@@ -9,6 +9,9 @@
 //! * [`fan`]: what leaves a point where walls tie: the circle of footpoint
 //!   tests of the paper (in 3D a sphere), taken to the limit of radius zero.
 //!
+//! [`face`] makes of contours all that one face holds, [`refine`] where a
+//! follower was lost on it.
+//!
 //! All of them step along a predicted tangent, return to the tie by Newton's
 //! method ([`super::solve`]) and then ask the field once whether a nearer wall has
 //! come up. The paper samples transverse segments and circles of finite size
@@ -18,9 +21,11 @@
 
 pub mod border;
 pub mod cage;
+mod close;
 pub mod contour;
 pub mod face;
 pub mod fan;
+mod refine;
 pub mod region;
 pub mod seam;
 #[cfg(test)]

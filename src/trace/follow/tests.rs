@@ -112,7 +112,7 @@ fn check(oracle: &Oracle, solved: &Solved) {
             // Where a fin was left out, a contour bends: two spokes, two walls.
             FaceNodeKind::Tie => assert_eq!(node.spokes.len(), labels.max(2), "{node:?}"),
             FaceNodeKind::Coping(_) => assert_eq!((node.spokes.len(), labels), (1, 2)),
-            FaceNodeKind::Fading => panic!("nothing fades here: {node:?}"),
+            kind => panic!("nothing ends here: {kind:?}, {node:?}"),
         }
     }
     for place in triple_points(oracle, corners) {

@@ -11,10 +11,10 @@ use crate::surface::marked::Line;
 use crate::trace::follow::border::{self, BorderStop};
 use crate::trace::follow::contour::{self, Start};
 use crate::trace::follow::face::{FaceNodeKind, FaceSeed};
-use crate::trace::follow::fan::{ALIKE, fan, star, unlike};
+use crate::trace::follow::fan::{self, ALIKE, star, unlike};
 use crate::trace::follow::seam::{self, CurveStop};
 use crate::trace::probe::Pair;
-use crate::trace::solve::distance_to;
+use crate::trace::solve::{Condition, distance_to, solve};
 
 impl Work<'_, '_> {
     /// Curves that enter through a vertex of a face.
@@ -38,7 +38,7 @@ impl Work<'_, '_> {
                         coping,
                         towards: inward,
                     },
-                    FaceNodeKind::Fading => continue,
+                    FaceNodeKind::Fading | FaceNodeKind::Torn => continue,
                     FaceNodeKind::Tie if sheets.is_empty() => continue,
                     FaceNodeKind::Tie if sheets.len() == 2 => {
                         self.bridges.push((port(0), port(1)));
@@ -150,7 +150,7 @@ impl Work<'_, '_> {
         self.tie_end_near(from, at).or_else(|| {
             let normal = self.probe.field().normal(coping);
             let d = distance_to(self.probe.field(), at, walls[0]).0;
-            let fan = fan(self.probe, at, normal, d);
+            let fan = fan::fan(self.probe, at, normal, d);
             self.add_coping_vertex(at, coping, &fan.spokes, &fan.walls);
             self.tie_end_near(from, at)
         })
@@ -192,6 +192,133 @@ impl Work<'_, '_> {
         if taken.iter().any(|t| !t) {
             self.out.open.push(x);
         }
+    }
+
+    /// Joins the ends of seams that were lost on the way, by the walls of their
+    /// sheets: two ends with the same sheets are one seam, and three or more
+    /// meet in a vertex between them.
+    pub(super) fn close_curves(&mut self) {
+        let mut open = self.lost_ends();
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+        for (n, &i) in open.iter().enumerate() {
+            for &j in open[n + 1..].iter().filter(|&&j| self.same_sheets(i, j)) {
+                pairs.push((self.ends[i].at.distance(self.ends[j].at), i, j));
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        for (_, i, j) in pairs {
+            if open.contains(&i) && open.contains(&j) {
+                open.retain(|&k| k != i && k != j);
+                let end = self.ends[i].clone();
+                let walls: SmallVec<[[FaceId; 2]; 4]> =
+                    (end.sheets.iter().map(|s| [s.1.left, s.1.right])).collect();
+                self.join_sheets(&end, &walls, j);
+                self.out.matched += 1;
+            }
+        }
+        if open.len() > 2 {
+            self.meet_between(&open);
+        }
+    }
+
+    /// Ends of seams none of whose sheets has been joined to another end.
+    fn lost_ends(&self) -> Vec<usize> {
+        if self.out.open.is_empty() {
+            return Vec::new();
+        }
+        let plugged = self.plugged();
+        let open = |port: Port| plugged.at(self.common(port)).len() < 2;
+        (0..self.ends.len())
+            .filter(|&k| {
+                let end = &self.ends[k];
+                let seam = matches!(end.kind, EndKind::Tie { .. }) && end.sheets.len() > 2;
+                seam && end.sheets.iter().all(|s| open(s.0))
+            })
+            .collect()
+    }
+
+    /// Whether each sheet of one end is one of the other, by its walls.
+    fn same_sheets(&self, i: usize, j: usize) -> bool {
+        let (a, b) = (&self.ends[i], &self.ends[j]);
+        let field = self.probe.field();
+        let own = |p: Pair| {
+            let alike = |q: Pair| fan::alike(field, b.at, [p.left, p.right], [q.left, q.right]);
+            b.sheets.iter().filter(|s| alike(s.1)).count() == 1
+        };
+        a.vertex != b.vertex
+            && a.sheets.len() == b.sheets.len()
+            && a.sheets.iter().all(|s| own(s.1))
+    }
+
+    /// A vertex between ends of seams, in which the sheets that they share meet.
+    fn meet_between(&mut self, ends: &[usize]) {
+        let middle = ends.iter().map(|&k| self.ends[k].at).sum::<DVec3>() / ends.len() as f64;
+        let mut walls: SmallVec<[FaceId; 6]> = (ends.iter())
+            .flat_map(|&k| {
+                self.ends[k]
+                    .sheets
+                    .iter()
+                    .flat_map(|s| [s.1.left, s.1.right])
+            })
+            .collect();
+        walls.sort_unstable();
+        walls.dedup();
+        let sheets: Vec<(usize, Port, VertexKey, [FaceId; 2])> = (ends.iter())
+            .flat_map(|&k| {
+                let end = &self.ends[k];
+                end.sheets
+                    .iter()
+                    .map(move |s| (k, s.0, end.vertex, [s.1.left, s.1.right]))
+            })
+            .collect();
+        let field = self.probe.field();
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+        for (i, a) in sheets.iter().enumerate() {
+            for (j, b) in sheets.iter().enumerate().skip(i + 1) {
+                let gap = unlike(field, middle, a.3, b.3);
+                if a.0 != b.0 && gap < ALIKE {
+                    pairs.push((gap, i, j));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let at = self.tied_near(middle, &walls).unwrap_or(middle);
+        let vertex = VertexKey::Inner(self.key, self.add_inner(at, InnerKind::Junction, walls));
+        let mut taken = vec![false; sheets.len()];
+        for (_, i, j) in pairs {
+            if !taken[i] && !taken[j] {
+                (taken[i], taken[j]) = (true, true);
+                self.out.matched += 1;
+                self.strands.push(Strand {
+                    ports: [sheets[i].1, sheets[j].1],
+                    vertices: [sheets[i].2, sheets[j].2],
+                    between: vec![vertex],
+                    line: Line::Seam,
+                });
+            }
+        }
+    }
+
+    /// The point nearest to a place where four of the walls tie.
+    fn tied_near(&self, place: DVec3, walls: &[FaceId]) -> Option<DVec3> {
+        let (field, size) = (self.probe.field(), self.cage.size());
+        let tolerance = self.probe.walls().tolerances().solve;
+        let (&first, others) = walls.split_first()?;
+        let ties: SmallVec<[Condition; 6]> =
+            (others.iter().map(|&w| Condition::Tie(first, w))).collect();
+        let mut best: Option<DVec3> = None;
+        for (i, &a) in ties.iter().enumerate() {
+            for (j, &b) in ties.iter().enumerate().skip(i + 1) {
+                for &c in &ties[j + 1..] {
+                    let found = solve(field, [a, b, c], place, size, tolerance);
+                    let inside = |x: &DVec3| self.cage.excess(*x, None) <= 0.0;
+                    let nearer =
+                        |x: &DVec3| best.is_none_or(|b| x.distance(place) < b.distance(place));
+                    best = found.filter(|x| inside(x) && nearer(x)).or(best);
+                }
+            }
+        }
+        best
     }
 
     fn follow_border(&mut self, from: usize, end: &CurveEnd, coping: FaceId, towards: DVec3) {

@@ -10,9 +10,11 @@
 //!
 //! * [`curves`]: follows seams and borders from end to [end](ends).
 //! * [`vertices`]: what lies inside, where curves meet.
-//! * [`loops`]: strands to loops, loops to triangles, [one by one](polygon).
+//! * [`loops`]: strands to loops.
+//! * [`cut`]: loops to triangles, [one by one](polygon), clear of each other.
 
 mod curves;
+mod cut;
 mod ends;
 mod loops;
 mod polygon;
@@ -89,8 +91,11 @@ pub struct TetSurface {
     pub seeds: Vec<(FaceKey, FaceSeed)>,
     /// Places where a follower was lost or a loop does not close.
     pub open: Vec<DVec3>,
-    /// Loops closed by matching ports instead of following.
+    /// Loops closed by matching ports instead of following, fading borders
+    /// between faces aside.
     pub matched: u32,
+    /// Those among them that end a sheet where no wall ends.
+    pub torn: u32,
 }
 
 /// Where a strand end plugs in.
@@ -148,6 +153,7 @@ pub fn solve_tet(
     work.contours();
     work.face_ends();
     work.curves();
+    work.close_curves();
     work.match_open_ports();
     work.chain();
     work.cut_polygons();

@@ -87,7 +87,12 @@ pub fn aim(probe: &Probe, x: DVec3, normal: DVec3, pair: Pair, towards: DVec3) -
 
 /// Unit heading of the walk with `pair` at `x`, and its length before
 /// normalising (zero where the sheet is parallel to the plane).
-fn heading(probe: &Probe, x: DVec3, normal: DVec3, pair: Pair) -> (DVec3, f64) {
+pub(in crate::trace::follow) fn heading(
+    probe: &Probe,
+    x: DVec3,
+    normal: DVec3,
+    pair: Pair,
+) -> (DVec3, f64) {
     let field = probe.field();
     let ul = distance_to(field, x, pair.left).1;
     let ur = distance_to(field, x, pair.right).1;
