@@ -8,6 +8,7 @@ use super::contour;
 use super::face::{ArcEnd, FaceArc, FaceContours, FaceNodeKind, Work};
 use super::fan::alike;
 use crate::mesh::FaceId;
+use crate::trace::edge::Crossing;
 use crate::trace::probe::{Pair, Probe};
 use crate::trace::solve::{Condition, solve};
 use crate::walls::{MAX_FIN_ANGLE, object_angle};
@@ -45,7 +46,30 @@ impl Work {
             self.join_open_ends(probe);
             self.end_open_ends(probe);
         }
+        self.part_ends(probe);
         self.out
+    }
+
+    /// Gives contours that fade where they start some length, or their sheet
+    /// would have triangles without area.
+    fn part_ends(&mut self, probe: &Probe) {
+        for arc in self.out.arcs.clone() {
+            let [a, b] = arc.ends;
+            for (start, end) in [(a, b), (b, a)] {
+                let (ArcEnd::Crossing { side, index }, ArcEnd::Spoke { node, .. }) = (start, end)
+                else {
+                    continue;
+                };
+                let Crossing { at, walls } = self.sides[side as usize][index as usize];
+                let vertex = &self.out.nodes[node as usize];
+                let ends = matches!(vertex.kind, FaceNodeKind::Fading | FaceNodeKind::Torn);
+                if ends && vertex.at.distance(at) <= self.near {
+                    let [left, right] = walls;
+                    self.out.nodes[node as usize].at =
+                        self.step_in(probe, at, Pair { left, right });
+                }
+            }
+        }
     }
 
     /// Joins open ends between the same two walls by a contour, the nearest
@@ -88,8 +112,7 @@ impl Work {
         for (end, at, [left, right]) in self.open_ends() {
             let field = probe.field();
             let stood = self.stranded.iter().find(|s| s.0 == end).map(|s| s.1);
-            let last = stood.filter(|last| last.distance(at) > self.near);
-            let last = last.unwrap_or_else(|| self.step_in(probe, at, Pair { left, right }));
+            let last = stood.unwrap_or(at);
             let [a, b] = [left, right].map(|w| field.footpoint_on(at, w));
             // Walls so weak that whether they are separate is told by the way
             // round them, from one point so and from another otherwise.

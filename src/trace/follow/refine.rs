@@ -523,7 +523,7 @@ mod tests {
         ]
         .map(|[x, y]| DVec3::new(x, y, 0.0));
         assert_eq!(needed(&points, 0.1), [2]);
-        assert_eq!(needed(&points, 0.001), [1, 2, 4]);
+        assert_eq!(needed(&points, 0.006), [1, 2, 4]);
         assert_eq!(needed(&points[..2], 0.0), [0; 0]);
     }
 }

@@ -294,7 +294,8 @@ fn wedge(angle: f64) -> Part {
     Part::new(mesh, coping, PartOptions::default()).unwrap().0
 }
 
-/// The part of y = 0 in a triangle that the wedge's mid-surface draws on it.
+/// The part of y = 0 in a triangle that the wedge's mid-surface draws on it,
+/// if it comes from a side.
 fn drawn(corners: &[DVec3; 3]) -> Option<[DVec3; 2]> {
     let mut ends: Vec<DVec3> = (0..3)
         .map(|k| (corners[k], corners[(k + 1) % 3]))
@@ -308,7 +309,8 @@ fn drawn(corners: &[DVec3; 3]) -> Option<[DVec3; 2]> {
         let (a, b) = ((0.0 - from) / (to - from), (most - from) / (to - from));
         (low, high) = (low.max(a.min(b)), high.min(a.max(b)));
     }
-    (low < high).then(|| [p.lerp(q, low), p.lerp(q, high)])
+    let from_side = low == 0.0 || high == 1.0;
+    (low < high && from_side).then(|| [p.lerp(q, low), p.lerp(q, high)])
 }
 
 #[test]
