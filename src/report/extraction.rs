@@ -125,6 +125,15 @@ pub fn warnings(input: &Input, result: &Extraction) -> Vec<Warning> {
             ),
         );
     }
+    if result.work.counts.torn > 0 {
+        warn(
+            "torn",
+            format!(
+                "sheets stop where no wall ends at {}: the border there is where following stopped; a smaller --cell may follow on",
+                counted(result.work.counts.torn, "place")
+            ),
+        );
+    }
     if result.work.counts.unsettled > 0 {
         warn(
             "unsettled",

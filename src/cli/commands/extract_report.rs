@@ -122,6 +122,7 @@ impl Report {
                 "queries_per_edge": work.counts.queries_per_edge,
                 "lost": work.counts.lost,
                 "matched": work.counts.matched,
+                "torn": work.counts.torn,
                 "unsettled": work.counts.unsettled,
                 "remeshing": work.edits,
             },
