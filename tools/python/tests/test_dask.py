@@ -90,11 +90,11 @@ def test_a_killed_worker_takes_no_part_with_it(client: Client, parts: Path, tmp_
 
     killer = threading.Thread(target=kill)
     killer.start()
-    table = midsurf.dask.extract_many(parts, client, out=out, cell="0.25t", progress=False)
+    table = midsurf.dask.extract_many(parts, client, out=out, cell="0.5t", progress=False)
     killer.join()
     assert killed, "all parts were done before a worker could be killed"
     assert {row.status for row in table} == {"done"} and len(table) == len(PARTS)
-    alone = midsurf.extract(parts / "tee.obj", coping=parts / "tee.coping.txt", cell="0.25t")
+    alone = midsurf.extract(parts / "tee.obj", coping=parts / "tee.coping.txt", cell="0.5t")
     alone.save(tmp_path / "alone.vtu")
     assert (out / "tee.vtu").read_bytes() == (tmp_path / "alone.vtu").read_bytes()
 

@@ -20,7 +20,7 @@ def test_progress_is_told_in_the_calling_thread(fixtures: Path) -> None:
         assert threading.current_thread() is threading.main_thread()
         told.append((stage, done, expected))
 
-    midsurf.extract(fixtures / "bracket.obj", cell="0.3t", progress=progress)
+    midsurf.extract(fixtures / "bracket.obj", cell="0.5t", progress=progress)
     stages = list(dict.fromkeys(stage for stage, _, _ in told))
     assert stages == ["reading", "field", "trace", "mesh"]
     assert all(done <= expected for stage, done, expected in told if stage == "trace")
@@ -33,7 +33,7 @@ def test_an_exception_out_of_progress_ends_the_work(fixtures: Path) -> None:
 
     start = time.monotonic()
     with pytest.raises(KeyError, match="enough"):
-        midsurf.extract(fixtures / "enclosure.obj", cell="0.02t", memory_limit="64G", progress=progress)
+        midsurf.extract(fixtures / "enclosure.obj", cell="0.3t", progress=progress)
     assert time.monotonic() - start < 20.0
 
 
@@ -50,7 +50,7 @@ def test_other_threads_run_meanwhile(fixtures: Path) -> None:
     thread.start()
     start = time.monotonic()
     try:
-        midsurf.extract(fixtures / "bracket.obj", cell="0.2t")
+        midsurf.extract(fixtures / "bracket.obj", cell="0.5t")
     finally:
         took = time.monotonic() - start
         over.set()
@@ -62,8 +62,8 @@ def test_other_threads_run_meanwhile(fixtures: Path) -> None:
 @pytest.mark.parametrize(
     "work",
     [
-        "midsurf.extract(part, cell='0.02t', memory_limit='64G', progress=begun)",
-        "midsurf.offset(part, 1.0, cell='0.05%', memory_limit='64G', progress=begun)",
+        "midsurf.extract(part, cell='0.3t', progress=begun)",
+        "midsurf.offset(part, 1.0, cell='0.15%', progress=begun)",
     ],
 )
 def test_ctrl_c_ends_the_work(fixtures: Path, work: str) -> None:
@@ -92,7 +92,7 @@ except KeyboardInterrupt:
 
 def test_what_is_odd_is_warned_of(fixtures: Path) -> None:
     with pytest.warns(midsurf.PartWarning, match="no triangle is tagged as coping") as told:
-        mid = midsurf.extract(fixtures / "plate.obj", coping="none", cell=1.0)
+        mid = midsurf.extract(fixtures / "plate.obj", coping="none", cell="1t")
     assert "no_coping" in [warning.code for warning in mid.warnings]
     # It is told where the package was called.
     assert any(Path(warning.filename).name == Path(__file__).name for warning in told)
@@ -102,7 +102,7 @@ def test_extractions_run_side_by_side(fixtures: Path) -> None:
     results: list[midsurf.MidSurface] = []
 
     def work() -> None:
-        results.append(midsurf.extract(fixtures / "tee.obj", cell=0.5))
+        results.append(midsurf.extract(fixtures / "tee.obj", cell="1t"))
 
     threads = [threading.Thread(target=work) for _ in range(4)]
     for thread in threads:

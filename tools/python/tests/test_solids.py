@@ -30,9 +30,9 @@ def test_an_offset_has_its_volume_and_owns_its_arrays() -> None:
 @pytest.mark.parametrize("suffix", [".ply", ".stl", ".obj"])
 def test_files_are_those_of_the_command(command: str, fixtures: Path, tmp_path: Path, suffix: str) -> None:
     part, theirs, ours = fixtures / "tee.obj", tmp_path / f"theirs{suffix}", tmp_path / f"ours{suffix}"
-    run = [command, "offset", str(part), "--distance", "0.3", "--cell", "0.2", "-q", "-o", str(theirs)]
+    run = [command, "offset", str(part), "--distance", "1", "--cell", "2%", "-q", "-o", str(theirs)]
     subprocess.run(run, check=True)
-    midsurf.offset(part, 0.3, cell=0.2, single_precision=suffix == ".stl").save(ours)
+    midsurf.offset(part, 1.0, cell="2%", single_precision=suffix == ".stl").save(ours)
     assert ours.read_bytes() == theirs.read_bytes()
 
 
@@ -59,17 +59,17 @@ def test_thicken_is_one_sided() -> None:
 
 def test_rethicken_takes_all_it_says(fixtures: Path, tmp_path: Path) -> None:
     part = fixtures / "plate.obj"
-    mid = midsurf.extract(part, coping=fixtures / "plate.coping.txt", cell=1.0)
+    mid = midsurf.extract(part, coping=fixtures / "plate.coping.txt", cell="1t")
     volume = midsurf.info(part)["volume"]
-    assert midsurf.rethicken(mid).volume == pytest.approx(volume, rel=1e-6)
+    assert midsurf.rethicken(mid).volume == pytest.approx(volume, rel=1e-3)
     mid.save(tmp_path / "mid.ply")
     again = midsurf.rethicken(tmp_path / "mid.ply")
-    assert again.volume == pytest.approx(volume, rel=1e-6)
+    assert again.volume == pytest.approx(volume, rel=1e-3)
     twice = midsurf.rethicken((mid.vertices, mid.triangles), thickness=2.0 * float(mid.thickness[0]))
-    assert twice.volume == pytest.approx(2.0 * volume, rel=1e-6)
+    assert twice.volume == pytest.approx(2.0 * volume, rel=1e-3)
     (tmp_path / "shell.obj").write_text("g rib\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nf 1 2 3 4\n")
     rib = midsurf.rethicken(tmp_path / "shell.obj", thickness=1.0, groups={"rib": 2.0})
-    assert rib.volume == pytest.approx(32.0, rel=1e-6)
+    assert rib.volume == pytest.approx(32.0, rel=1e-3)
     with pytest.raises(midsurf.InputError, match="no group named ribs"):
         midsurf.rethicken(tmp_path / "shell.obj", thickness=1.0, groups={"ribs": 2.0})
     with pytest.raises(midsurf.InputError, match="no thickness of their own"):
@@ -77,8 +77,8 @@ def test_rethicken_takes_all_it_says(fixtures: Path, tmp_path: Path) -> None:
 
 
 def test_a_plate_comes_back_from_the_round_trip(fixtures: Path) -> None:
-    there = midsurf.roundtrip(fixtures / "plate.obj", coping=fixtures / "plate.coping.txt", cell=1.0)
-    assert there.comparison["volume_ratio"] == pytest.approx(1.0, abs=1e-6)
+    there = midsurf.roundtrip(fixtures / "plate.obj", coping=fixtures / "plate.coping.txt", cell="1t")
+    assert there.comparison["volume_ratio"] == pytest.approx(1.0, abs=1e-3)
     assert there.comparison["closed"] and there.solid.volume > 0 and there.mid.sheet_count == 1
 
 
@@ -88,7 +88,7 @@ def test_subdivide_makes_a_wall() -> None:
     wall = midsurf.subdivide((vertices, quads), 0.2, samples=4, levels=1)
     assert wall.thickness is not None and len(wall.thickness) == len(wall.vertices)
     assert wall.thickness.max() == pytest.approx(0.2, rel=1e-6)
-    assert 0 < wall.volume < midsurf.offset((vertices, [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]), 0.1).volume
+    assert 0.0 < wall.volume < 0.2 * midsurf.info(plate(10.0), coping="none")["area"]
     turned = midsurf.subdivide((vertices, [face[::-1] for face in quads]), 0.2, samples=4)
     assert [warning.code for warning in turned.warnings] == ["inside_out"]
     with pytest.raises(midsurf.InputError, match="thickness"):
