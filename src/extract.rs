@@ -23,7 +23,7 @@ use crate::surface::MidSurface;
 use crate::surface::build::build;
 use crate::surface::graph::SheetGraph;
 use crate::trace::feet;
-use crate::trace::walk::{Counts, Tracer};
+use crate::trace::walk::{BLOCK_BITS, Counts, Tracer};
 use crate::walls::thickness::ThicknessProfile;
 use crate::walls::{Separation, Walls};
 
@@ -171,8 +171,9 @@ pub fn extract_until(
     stop.heed()?;
     let field_seconds = start.elapsed().as_secs_f64();
 
-    let mut tracer = Tracer::new(&walls, lattice);
+    let mut tracer = Tracer::new(&walls, lattice, BLOCK_BITS);
     tracer.run(progress, stop)?;
+    let counts = tracer.counts();
     let trace_seconds = start.elapsed().as_secs_f64() - field_seconds;
 
     progress("mesh", 0, 0);
@@ -221,7 +222,7 @@ pub fn extract_until(
         mesh_seconds: mesh_seconds + graph_seconds,
         remesh_seconds,
         edits,
-        counts: tracer.counts(),
+        counts,
     };
     Ok(Extraction {
         surface,

@@ -228,7 +228,21 @@ impl TetKey {
     pub fn cell(self) -> NodeKey {
         self.parts().0
     }
+
+    /// The block of cells that holds it, for blocks of `2^bits` cells an edge.
+    pub fn block(self, bits: u32) -> BlockKey {
+        let at = self.cell().coordinates();
+        BlockKey(NodeKey::new(IVec3::new(
+            at.x >> bits,
+            at.y >> bits,
+            at.z >> bits,
+        )))
+    }
 }
+
+/// A cube of cells, so many along each edge as whoever names it says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BlockKey(NodeKey);
 
 /// Where the lattice lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
