@@ -17,8 +17,8 @@ use miette::MietteHandlerOpts;
 use shared::memory::Bytes;
 
 use commands::{
-    check, completions, extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags,
-    thicken,
+    check, completions, extract, hollow, info, merge, offset, rethicken, roundtrip, subdivide,
+    tags, thicken,
 };
 
 /// Exit code after SIGINT or SIGTERM, or Ctrl-C.
@@ -55,6 +55,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Extract(extract::Args),
+    Merge(merge::Args),
     Check(check::Args),
     Info(info::Args),
     Subdivide(subdivide::Args),
@@ -95,6 +96,7 @@ pub fn run() -> ExitCode {
     limit_input(cli.max_input.0);
     let outcome = match cli.command {
         Command::Extract(args) => extract::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Check(args) => check::run(args),
         Command::Info(args) => info::run(args),
         Command::Subdivide(args) => subdivide::run(args),

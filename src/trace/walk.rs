@@ -15,6 +15,7 @@
 
 mod answer;
 mod asked;
+mod packed;
 mod piece;
 mod store;
 #[cfg(test)]
@@ -31,7 +32,7 @@ use self::asked::{Asked, Asks};
 pub use self::piece::Piece;
 use self::piece::join;
 use self::store::{Effort, Store, is_crossed};
-use crate::lattice::{BlockKey, FaceKey, Lattice, TetKey};
+use crate::lattice::{BlockKey, CellBox, FaceKey, Lattice, TetKey};
 use crate::mesh::FaceId;
 use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::marked::MarkedMesh;
@@ -42,7 +43,7 @@ use crate::walls::Walls;
 use crate::walls::thickness::{maximal_ball, spread};
 
 /// Counts of what the walk took.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Counts {
     /// Lattice cells that hold a piece of the mid-surface.
     pub cells: usize,
@@ -67,15 +68,49 @@ pub struct Counts {
     pub unsettled: usize,
 }
 
+impl Counts {
+    /// Adds the work of another walk.
+    pub fn add(&mut self, other: &Counts) {
+        let asked = |c: &Counts| c.queries_per_edge * c.edges as f64;
+        let edges = (self.edges + other.edges).max(1) as f64;
+        self.queries_per_edge = (asked(self) + asked(other)) / edges;
+        self.cells += other.cells;
+        self.tetrahedra += other.tetrahedra;
+        self.faces += other.faces;
+        self.edges += other.edges;
+        self.queries += other.queries;
+        self.lost += other.lost;
+        self.matched += other.matched;
+        self.unsettled += other.unsettled;
+    }
+}
+
 /// Cells along the edge of a block, as a power of two. Of a block of 16 cells
 /// the store stays in a core's cache, and one face in twelve is solved twice.
 pub const BLOCK_BITS: u32 = 4;
+
+/// Bytes that an active cell takes as long as its block is open.
+const BYTES_PER_OPEN_CELL: f64 = 10_000.0;
+
+/// Blocks such that those that all threads have open take an eighth of some
+/// memory at most, or as small as blocks get.
+pub fn block_bits(memory: u64) -> u32 {
+    let threads = rayon::current_num_threads() as f64;
+    let cells = memory as f64 / (8.0 * threads * BYTES_PER_OPEN_CELL);
+    // Three sheets through a block cross three times the cells of its side.
+    let side = (cells / 3.0).sqrt();
+    side.log2().floor().clamp(1.0, f64::from(BLOCK_BITS)) as u32
+}
 
 /// The lattice walk over one part.
 pub struct Tracer<'a> {
     walls: &'a Walls<'a>,
     lattice: Lattice,
     bits: u32,
+    /// Cells that the walk stays in.
+    within: CellBox,
+    /// Tetrahedra to which no seed within them leads.
+    cut_in: Vec<TetKey>,
     /// Tetrahedra that were entered, ascending, by block.
     reached: FxHashMap<BlockKey, Vec<TetKey>>,
     asked: Asked,
@@ -152,6 +187,8 @@ impl<'a> Tracer<'a> {
             walls,
             lattice,
             bits,
+            within: CellBox::ALL,
+            cut_in: Vec::new(),
             reached: FxHashMap::default(),
             asked: Asked::default(),
             pieces: Vec::new(),
@@ -162,8 +199,14 @@ impl<'a> Tracer<'a> {
         }
     }
 
+    /// Stays within a box of cells.
+    pub fn within(mut self, cells: CellBox) -> Tracer<'a> {
+        self.within = cells;
+        self
+    }
+
     /// Tetrahedra in which the walls' maximal balls have their centres.
-    fn seeds(&self) -> Vec<TetKey> {
+    pub fn seeds(&self) -> Vec<TetKey> {
         let field = self.walls.field();
         let spacing = 3.0 * self.lattice.cell();
         let walls: Vec<FaceId> = (0..field.face_count() as u32)
@@ -193,12 +236,47 @@ impl<'a> Tracer<'a> {
     /// seed or a crossing that is there already, to a tolerance, asks for
     /// nothing. Where they lead on, the walk is taken up again.
     pub fn run(&mut self, progress: &Progress, stop: &Stop) -> Result<(), Stopped> {
-        let mut frontier = self.seeds();
-        while !frontier.is_empty() {
-            let asks = self.walk(frontier, progress, stop)?;
-            frontier = self.answer(asks, stop)?;
+        let mut seeds = self.seeds();
+        seeds.retain(|&t| self.within.contains(t));
+        let mut asks = self.walk(seeds, progress, stop)?;
+        let by_seeds = self.pieces.len();
+        let mut entries = self.cut_contours(stop)?;
+        entries.retain(|&t| !self.is_reached(t));
+        asks.append(self.walk(entries, progress, stop)?);
+        asks.sort();
+        self.cut_in = (self.pieces[by_seeds..].iter())
+            .flat_map(Piece::tets)
+            .collect();
+        loop {
+            let frontier = self.answer(asks, stop)?;
+            if frontier.is_empty() {
+                return self.renew(stop);
+            }
+            asks = self.walk(frontier, progress, stop)?;
         }
-        self.renew(stop)
+    }
+
+    /// Tetrahedra from which contours lead out of the box that the walk stays
+    /// in: there it enters what no seed within the box leads to.
+    fn cut_contours(&mut self, stop: &Stop) -> Result<Vec<TetKey>, Stopped> {
+        let field = self.walls.field();
+        let (low, high) = field.bounds();
+        let all = self.lattice.cells(low, high);
+        let within = self.within;
+        let inside = |centre, radius: f64| field.signed_clearance(centre) > -radius;
+        let rim = within.rim(&self.lattice, &all, inside);
+        let entries = self.solve_again(&rim, stop, |store, tets| {
+            let mut leads_out = |tet: &TetKey| {
+                let mut faces = tet.faces().into_iter();
+                faces.any(|face| {
+                    let out = face.tetrahedra().any(|t| !within.contains(t));
+                    out && is_crossed(store.face(face))
+                })
+            };
+            let tets = tets.iter().copied();
+            tets.filter(|t| leads_out(t)).collect::<Vec<_>>()
+        })?;
+        Ok(entries.into_iter().flatten().collect())
     }
 
     fn is_reached(&self, tet: TetKey) -> bool {
@@ -259,7 +337,7 @@ impl<'a> Tracer<'a> {
             }
             exits.par_sort_unstable();
             exits.dedup();
-            exits.retain(|&t| !self.is_reached(t));
+            exits.retain(|&t| self.within.contains(t) && !self.is_reached(t));
             entries = exits;
         }
         asks.sort();
@@ -335,13 +413,54 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Joins the pieces of all tetrahedra to one mesh, vertices numbered in
-    /// the order of their keys.
+    /// Joins the pieces of all tetrahedra to one mesh.
     pub fn assemble(self) -> MarkedMesh {
-        let Tracer { pieces, .. } = self;
-        let mut mesh = join(pieces);
-        mesh.drop_pillows();
-        mesh.drop_stray_lines();
-        mesh
+        assemble(self.pieces)
+    }
+
+    /// What was found in some of the cells that the walk stayed in.
+    pub fn share(self, cells: &CellBox) -> Share {
+        let keep = |t: TetKey| cells.contains(t);
+        let pieces = self.pieces.into_par_iter();
+        Share {
+            pieces: pieces.map(|p| p.retained(keep)).collect(),
+            cut_in: self.cut_in.into_iter().filter(|&t| keep(t)).collect(),
+        }
+    }
+}
+
+/// What a walk within some cells found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Share {
+    /// The mid-surface there.
+    pub pieces: Vec<Piece>,
+    /// Tetrahedra to which no seed in the surroundings leads; they count if the
+    /// mid-surface of other shares comes there.
+    pub cut_in: Vec<TetKey>,
+}
+
+/// Joins pieces to one mesh, vertices numbered in the order of their keys.
+fn assemble(pieces: Vec<Piece>) -> MarkedMesh {
+    let mut mesh = join(pieces);
+    mesh.drop_pillows();
+    mesh.drop_stray_lines();
+    mesh
+}
+
+impl Share {
+    /// Joins shares to one mesh. None where two of them know a vertex apart.
+    pub fn join(shares: Vec<Share>) -> Option<(MarkedMesh, usize)> {
+        let (mut pieces, mut cut_in) = (Vec::new(), Vec::new());
+        for mut share in shares {
+            pieces.append(&mut share.pieces);
+            cut_in.append(&mut share.cut_in);
+        }
+        let apart = piece::unreached(&pieces, cut_in);
+        if !apart.is_empty() {
+            let keep = |t: TetKey| !apart.contains(&t);
+            pieces = (pieces.into_par_iter()).map(|p| p.retained(keep)).collect();
+        }
+        let cells = Piece::cells(&pieces);
+        piece::agree(&pieces).then(|| (assemble(pieces), cells))
     }
 }

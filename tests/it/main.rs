@@ -22,6 +22,7 @@ mod readme;
 mod reports;
 mod reshape;
 mod rethicken;
+mod shards;
 mod shell;
 mod snapshots;
 mod subdivide;

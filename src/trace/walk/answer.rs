@@ -131,7 +131,7 @@ impl Tracer<'_> {
         })?;
         let mut tets: Vec<TetKey> = (crossed.iter().flatten())
             .flat_map(|f| f.tetrahedra())
-            .filter(|&t| !self.is_reached(t))
+            .filter(|&t| self.within.contains(t) && !self.is_reached(t))
             .collect();
         tets.sort_unstable();
         tets.dedup();
@@ -175,7 +175,7 @@ impl Tracer<'_> {
             return Ok(());
         }
         self.pieces = (std::mem::take(&mut self.pieces).into_par_iter())
-            .map(|piece| piece.without(&stale))
+            .map(|piece| piece.retained(|t| !stale.contains(&t)))
             .collect();
         let mut tets: Vec<TetKey> = stale.into_iter().collect();
         tets.sort_unstable();
@@ -201,7 +201,7 @@ impl Tracer<'_> {
     }
 
     /// Solves simplices again, some at a time, answers in their order.
-    fn solve_again<K: Copy + Sync, R: Send>(
+    pub(super) fn solve_again<K: Copy + Sync, R: Send>(
         &mut self,
         keys: &[K],
         stop: &Stop,

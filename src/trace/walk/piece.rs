@@ -8,45 +8,50 @@ use super::store::{Store, inner_vertex};
 use crate::lattice::TetKey;
 use crate::mesh::FaceId;
 use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
-use crate::trace::tet::{TetSurface, VertexKey};
+use crate::trace::tet::{Polygon, TetSurface, VertexKey};
 
 /// Triangles of some tetrahedra over vertices of its own, which other pieces
 /// have under the same keys.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Piece {
     /// Names of the vertices, ascending.
-    keys: Vec<VertexKey>,
+    pub(super) keys: Vec<VertexKey>,
     /// The vertices, in the order of their names.
-    vertices: Vec<PieceVertex>,
+    pub(super) vertices: Vec<PieceVertex>,
     /// Walls of all vertices, one after the other.
-    walls: Vec<FaceId>,
+    pub(super) walls: Vec<FaceId>,
     /// Tetrahedra that hold something, ascending.
-    tets: Vec<PieceTet>,
+    pub(super) tets: Vec<PieceTet>,
     /// Triangles of all tetrahedra, one after the other.
-    triangles: Vec<[u32; 3]>,
+    pub(super) triangles: Vec<[u32; 3]>,
     /// Marked edges of all tetrahedra, one after the other.
-    lines: Vec<([u32; 2], Line)>,
+    pub(super) lines: Vec<([u32; 2], Line)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct PieceVertex {
-    at: DVec3,
-    coping: Option<FaceId>,
-    walls_end: u32,
+pub(super) struct PieceVertex {
+    pub(super) at: DVec3,
+    pub(super) coping: Option<FaceId>,
+    pub(super) walls_end: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct PieceTet {
-    key: TetKey,
-    triangles_end: u32,
-    lines_end: u32,
+pub(super) struct PieceTet {
+    pub(super) key: TetKey,
+    pub(super) triangles_end: u32,
+    pub(super) lines_end: u32,
 }
 
 impl Piece {
     /// The piece of solved tetrahedra, ascending.
     pub(super) fn new(store: &mut Store, solved: &[(TetKey, TetSurface)]) -> Piece {
+        let marked = |(_, surface): &(TetKey, TetSurface)| -> Vec<VertexKey> {
+            let ends = surface.polygons.iter().flat_map(marked_sides);
+            ends.flat_map(|(ends, _)| ends).collect()
+        };
         let mut keys: Vec<VertexKey> = (solved.iter())
             .flat_map(|(_, surface)| surface.triangles.iter().flatten().copied())
+            .chain(solved.iter().flat_map(marked))
             .collect();
         keys.sort_unstable();
         keys.dedup();
@@ -91,16 +96,9 @@ impl Piece {
                 self.triangles.push([a, b, c]);
             }
         }
-        for polygon in &surface.polygons {
-            let n = polygon.corners.len();
-            for (k, &line) in polygon.lines.iter().enumerate() {
-                if line == Line::Sheet {
-                    continue;
-                }
-                let ends = [&polygon.corners[k], &polygon.corners[(k + 1) % n]];
-                if let [Some(a), Some(b)] = ends.map(number) {
-                    self.lines.push(([a, b], line));
-                }
+        for (ends, line) in surface.polygons.iter().flat_map(marked_sides) {
+            if let [Some(a), Some(b)] = ends.map(|k| number(&k)) {
+                self.lines.push(([a, b], line));
             }
         }
         self.tets.push(PieceTet {
@@ -126,22 +124,44 @@ impl Piece {
         let v = &self.vertices[n];
         MarkedVertex {
             at: v.at,
-            walls: (self.walls[from as usize..v.walls_end as usize].iter().copied()).collect(),
+            walls: (self.walls[from as usize..v.walls_end as usize]
+                .iter()
+                .copied())
+            .collect(),
             coping: v.coping,
         }
     }
 
-    /// Drops tetrahedra, and vertices that no other uses.
-    pub(super) fn without(self, dropped: &FxHashSet<TetKey>) -> Piece {
-        if !self.tets.iter().any(|t| dropped.contains(&t.key)) {
+    /// Which vertices are corners of triangles.
+    ///
+    /// Others are ends of a marked side of a polygon without area; the mark
+    /// counts where the neighbours have a triangle there.
+    fn corners(&self) -> Vec<bool> {
+        let mut used = vec![false; self.keys.len()];
+        for &v in self.triangles.iter().flatten() {
+            used[v as usize] = true;
+        }
+        used
+    }
+
+    /// Its tetrahedra.
+    pub(super) fn tets(&self) -> impl Iterator<Item = TetKey> {
+        self.tets.iter().map(|t| t.key)
+    }
+
+    /// Drops all other tetrahedra, and vertices that only they use.
+    pub(super) fn retained(self, keep: impl Fn(TetKey) -> bool) -> Piece {
+        if self.tets().all(&keep) {
             return self;
         }
         let kept: Vec<usize> = (0..self.tets.len())
-            .filter(|&t| !dropped.contains(&self.tets[t].key))
+            .filter(|&t| keep(self.tets[t].key))
             .collect();
         let mut used = vec![false; self.vertices.len()];
         for &t in &kept {
-            for &v in self.triangles[self.ranges(t)[0].clone()].iter().flatten() {
+            let [triangles, lines] = self.ranges(t);
+            let ends = self.lines[lines].iter().flat_map(|(ends, _)| ends);
+            for &v in self.triangles[triangles].iter().flatten().chain(ends) {
                 used[v as usize] = true;
             }
         }
@@ -161,12 +181,9 @@ impl Piece {
             let [triangles, lines] = self.ranges(t);
             let renumber = |c: [u32; 3]| c.map(|v| number[v as usize]);
             (out.triangles).extend(self.triangles[triangles].iter().copied().map(renumber));
-            for &(ends, line) in &self.lines[lines] {
-                // Both ends are corners of triangles, or were never named.
-                if ends.iter().all(|&v| used[v as usize]) {
-                    out.lines.push((ends.map(|v| number[v as usize]), line));
-                }
-            }
+            let lines = self.lines[lines].iter();
+            out.lines
+                .extend(lines.map(|&(ends, line)| (ends.map(|v| number[v as usize]), line)));
             out.tets.push(PieceTet {
                 key: self.tets[t].key,
                 triangles_end: out.triangles.len() as u32,
@@ -190,12 +207,25 @@ impl Piece {
     }
 }
 
+/// Sides of a polygon that are not inside a sheet.
+fn marked_sides(polygon: &Polygon) -> impl Iterator<Item = ([VertexKey; 2], Line)> {
+    let n = polygon.corners.len();
+    let sides = polygon.lines.iter().enumerate();
+    sides
+        .filter(|(_, line)| **line != Line::Sheet)
+        .map(move |(k, &line)| ([polygon.corners[k], polygon.corners[(k + 1) % n]], line))
+}
+
+/// Number of a vertex that the mesh does not have.
+const NONE: u32 = u32::MAX;
+
 /// Joins pieces to one mesh: vertices in the order of their keys, triangles in
 /// that of their tetrahedra, however the pieces were cut.
 pub(super) fn join(mut pieces: Vec<Piece>) -> MarkedMesh {
     let mut keys: Vec<VertexKey> = Vec::with_capacity(pieces.iter().map(|p| p.keys.len()).sum());
     for piece in &pieces {
-        keys.extend(&piece.keys);
+        let corners = piece.keys.iter().zip(piece.corners());
+        keys.extend(corners.filter(|(_, used)| *used).map(|(key, _)| key));
     }
     keys.par_sort_unstable();
     keys.dedup();
@@ -206,16 +236,16 @@ pub(super) fn join(mut pieces: Vec<Piece>) -> MarkedMesh {
         coping: None,
     };
     mesh.vertices.resize(keys.len(), blank);
-    // Numbers of each piece's vertices in the mesh. Every key was collected above.
+    // Numbers of each piece's vertices in the mesh.
     let numbers: Vec<Vec<u32>> = (pieces.par_iter())
         .map(|piece| {
-            let number = |key| keys.partition_point(|k| k < key) as u32;
+            let number = |key| keys.binary_search(key).map_or(NONE, |n| n as u32);
             piece.keys.iter().map(number).collect()
         })
         .collect();
     drop(keys);
     for (piece, numbers) in pieces.iter_mut().zip(&numbers) {
-        for (v, &n) in numbers.iter().enumerate() {
+        for (v, &n) in (numbers.iter().enumerate()).filter(|(_, n)| **n != NONE) {
             mesh.vertices[n as usize] = piece.vertex(v);
         }
         (piece.keys, piece.vertices, piece.walls) = Default::default();
@@ -235,8 +265,63 @@ pub(super) fn join(mut pieces: Vec<Piece>) -> MarkedMesh {
         let number = |v: u32| numbers[v as usize];
         (mesh.triangles).extend(piece.triangles[triangles].iter().map(|c| c.map(number)));
         for &([a, b], line) in &piece.lines[lines] {
-            mesh.lines.insert(edge(number(a), number(b)), line);
+            let (a, b) = (number(a), number(b));
+            if a != NONE && b != NONE {
+                mesh.lines.insert(edge(a, b), line);
+            }
         }
     }
     mesh
+}
+
+/// Whether pieces that have a vertex in common know it alike, to the last bit.
+pub(super) fn agree(pieces: &[Piece]) -> bool {
+    let mut all: Vec<(VertexKey, u32, u32)> = (pieces.iter().enumerate())
+        .flat_map(|(p, piece)| {
+            let keys = piece.keys.iter().enumerate();
+            keys.map(move |(v, &key)| (key, p as u32, v as u32))
+        })
+        .collect();
+    all.par_sort_unstable();
+    let vertex = |&(_, p, v): &(VertexKey, u32, u32)| pieces[p as usize].vertex(v as usize);
+    let alike = |a: &MarkedVertex, b: &MarkedVertex| {
+        (a.at, a.coping) == (b.at, b.coping) && a.walls == b.walls
+    };
+    all.par_windows(2)
+        .all(|pair| pair[0].0 != pair[1].0 || alike(&vertex(&pair[0]), &vertex(&pair[1])))
+}
+
+/// Those of some tetrahedra to which the mid-surface of no other leads, from
+/// one to the next.
+pub(super) fn unreached(pieces: &[Piece], some: Vec<TetKey>) -> FxHashSet<TetKey> {
+    let mut left: FxHashSet<TetKey> = some.into_iter().collect();
+    if left.is_empty() {
+        return left;
+    }
+    let mut open: Vec<(TetKey, Vec<VertexKey>)> = Vec::new();
+    let mut reached: FxHashSet<VertexKey> = FxHashSet::default();
+    for piece in pieces {
+        for (t, tet) in piece.tets.iter().enumerate() {
+            let corners = piece.triangles[piece.ranges(t)[0].clone()].iter().flatten();
+            let corners = corners.map(|&v| piece.keys[v as usize]);
+            match left.contains(&tet.key) {
+                true => open.push((tet.key, corners.collect())),
+                false => reached.extend(corners),
+            }
+        }
+    }
+    loop {
+        let before = open.len();
+        open.retain(|(tet, corners)| {
+            let apart = !corners.iter().any(|c| reached.contains(c));
+            if !apart {
+                reached.extend(corners);
+                left.remove(tet);
+            }
+            apart
+        });
+        if open.len() == before {
+            return left;
+        }
+    }
 }

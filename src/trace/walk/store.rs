@@ -145,9 +145,7 @@ impl<'a> Store<'a> {
             false => Barrier::None,
         };
         match Region::new(corners, barrier) {
-            Some(region) => {
-                solve_face(&mut self.probe, region, sides, [true, true, false], seeds)
-            }
+            Some(region) => solve_face(&mut self.probe, region, sides, [true, true, false], seeds),
             None => FaceContours::default(),
         }
     }
@@ -173,7 +171,10 @@ impl<'a> Store<'a> {
             return Some(TetSurface::default());
         }
         let corners = key.nodes().map(|n| self.lattice.position(n));
-        let cage = Cage::new(corners, self.has_coping(0.5 * (corners[0] + corners[3]), 0.9));
+        let cage = Cage::new(
+            corners,
+            self.has_coping(0.5 * (corners[0] + corners[3]), 0.9),
+        );
         Some(solve_tet(&mut self.probe, key, &cage, faces, &self.edges))
     }
 

@@ -158,3 +158,41 @@ fn tetrahedra_agree_with_the_nearest_walls() {
         }
     }
 }
+
+#[test]
+fn blocks_of_any_size_give_one_mesh() {
+    for (name, cell) in [("tee", 0.7), ("plate_round_edge", 0.9), ("bracket", 2.0)] {
+        let oracle = Oracle::new(name);
+        let walls = oracle.walls();
+        let (low, high) = oracle.field.bounds();
+        let lattice = Lattice::covering(low, high, cell).unwrap();
+        let mesh = |bits: u32| {
+            let mut tracer = Tracer::new(&walls, lattice, bits);
+            tracer.run(&|_, _, _| (), &Stop::default()).unwrap();
+            (
+                tracer.reached.len(),
+                tracer.counts().tetrahedra,
+                tracer.assemble(),
+            )
+        };
+        let (blocks, tets, whole) = mesh(12);
+        assert_eq!(blocks, 1);
+        for bits in [5, 4, 3, 1] {
+            let (blocks, again, pieced) = mesh(bits);
+            assert!(blocks > 1 || bits > 4, "{name} in {blocks} blocks");
+            assert_eq!(again, tets, "{name} by blocks of {}", 1 << bits);
+            assert_eq!(pieced.triangles, whole.triangles);
+            assert_eq!(pieced.lines, whole.lines);
+            for (a, b) in pieced.vertices.iter().zip(&whole.vertices) {
+                assert_eq!((a.at, &a.walls, a.coping), (b.at, &b.walls, b.coping));
+            }
+        }
+    }
+}
+
+#[test]
+fn less_memory_makes_smaller_blocks() {
+    let bits = [0, 1 << 20, 1 << 24, 1 << 28, 1 << 33, u64::MAX].map(super::block_bits);
+    assert!(bits.is_sorted());
+    assert_eq!((bits[0], bits[5]), (1, BLOCK_BITS));
+}
