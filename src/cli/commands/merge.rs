@@ -66,6 +66,10 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut shards: Vec<Shard> = Vec::with_capacity(args.shards.len());
     for file in &args.shards {
         check_input(file)?;
+        // A device may never end.
+        if std::fs::metadata(file).is_ok_and(|meta| !meta.is_file()) {
+            return Err(Failure::refused(file, &ShardFileError::NoShard));
+        }
         let bytes = std::fs::read(file).map_err(ShardFileError::from);
         let shard = bytes.and_then(|bytes| Shard::read(&bytes));
         shards.push(shard.map_err(|error| Failure::refused(file, &error))?);
