@@ -192,7 +192,7 @@ pub(crate) fn run_shard(args: &ExtractArgs, which: ShardOf) -> Result<ExitCode, 
             "keep_fins": args.keep_fins,
         }),
         seconds: json!({ "read": read, "total": start.elapsed().as_secs_f64() }),
-        outputs: vec![file],
+        outputs: vec![file.as_path()],
         warnings: input.warnings.iter().collect(),
     };
     let report = report.around(json!({ "work": made.counts() }));
