@@ -142,6 +142,17 @@ impl CellBox {
     }
 }
 
+impl Lattice {
+    /// The cells that cover a box.
+    pub fn cells(&self, low: DVec3, high: DVec3) -> CellBox {
+        let cell = |p| self.locate(p).cell().coordinates();
+        CellBox {
+            low: cell(low),
+            high: cell(high) + IVec3::ONE,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -322,15 +322,6 @@ impl Lattice {
         self.cell
     }
 
-    /// The cells that cover a box.
-    pub fn cells(&self, low: DVec3, high: DVec3) -> CellBox {
-        let cell = |p| self.locate(p).cell().coordinates();
-        CellBox {
-            low: cell(low),
-            high: cell(high) + IVec3::ONE,
-        }
-    }
-
     /// Low corner of a cell.
     fn corner(&self, cell: IVec3) -> DVec3 {
         self.origin + cell.as_dvec3() * self.cell
