@@ -5,7 +5,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::complex::{Complex, Rank};
-use super::project::Projector;
+use super::ground::Ground;
 use crate::surface::marked::{Line, MarkedVertex, edge};
 
 /// One line between corners, or a loop.
@@ -206,7 +206,7 @@ impl Course {
 
     /// The exact point of the line nearest to a place along it; the point of
     /// the traced polyline, and true, where no exact one is found.
-    pub(super) fn point(&self, place: f64, projector: &Projector) -> (MarkedVertex, bool) {
+    pub(super) fn point(&self, place: f64, ground: &dyn Ground) -> (MarkedVertex, bool) {
         let length = self.length();
         let place = if place > length {
             place - length
@@ -229,7 +229,7 @@ impl Course {
         hints.coping = hints.coping.or(from.coping).or(to.coping);
         let exact = self.kind.and_then(|kind| {
             let along = way.try_normalize()?;
-            projector.on_line(kind, hints.at, along, &hints, 0.25 * way.length())
+            ground.on_line(kind, hints.at, along, &hints, 0.25 * way.length())
         });
         match exact {
             Some(vertex) => (vertex, false),

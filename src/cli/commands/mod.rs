@@ -10,6 +10,7 @@ mod extract_args;
 mod extract_report;
 pub(crate) mod hollow;
 pub(crate) mod info;
+pub(crate) mod mesh;
 mod missed;
 pub(crate) mod offset;
 pub(crate) mod rethicken;
