@@ -40,6 +40,10 @@ const SAME_PLACE: f64 = 1e-3;
 /// distances from the wall.
 const REACH: f64 = 0.5;
 
+/// How far outside the part a vertex may lie, in distances from the wall: those
+/// on coping faces do by rounding, and by chords.
+const OUTSIDE: f64 = 0.1;
+
 /// How a written mid-surface is remeshed.
 #[derive(Clone, Copy, Debug)]
 pub struct WrittenSettings {
@@ -158,7 +162,9 @@ fn on_part(
         .map(|(vertex, coping)| tied(vertex.at, coping, &projector))
         .collect();
     let count = mesh.vertices.len();
-    let found = mesh.vertices.iter().filter(|v| v.walls.len() > 1).count();
+    let found = (mesh.vertices.par_iter())
+        .filter(|v| v.walls.len() > 1 && is_within(v.at, &field))
+        .count();
     if 2 * found < count {
         return Err(RemeshError::Stranger { found, count });
     }
@@ -239,6 +245,11 @@ fn tied(at: DVec3, on_coping: bool, projector: &Projector) -> MarkedVertex {
         walls: tied,
         coping,
     }
+}
+
+/// Whether a point lies inside the part, or hardly outside.
+fn is_within(at: DVec3, field: &Field) -> bool {
+    field.signed_clearance(at) >= -OUTSIDE * field.footpoint(at).distance
 }
 
 fn finish(
