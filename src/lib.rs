@@ -56,7 +56,7 @@
 //!
 //! *Never*: `surface` the field, `dual_contour` the field, `io` an engine, a
 //! stage of the extraction its conductor `extract`, an engine another engine
-//! (but `subdivide`'s contour scheme the offset, and `roundtrip` all it goes
+//! (but `subdivide`'s contour scheme the offset and the thickening, and `roundtrip` all it goes
 //! through), anything the command line, which lives in the binary. Rooms after
 //! `field` know triangles by number and ask the field for them; none keeps or
 //! walks a mesh.

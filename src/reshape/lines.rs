@@ -140,12 +140,11 @@ impl Lines {
                 false => &[0.0],
             };
             for n in 0..turns.len() {
-                let beside = laps.iter().flat_map(|lap| {
+                let mut beside = laps.iter().flat_map(|lap| {
                     let here = course.at[n] + lap * course.length();
                     let from = course.at.partition_point(|&s| s <= here - width);
                     from..course.at.partition_point(|&s| s < here + width)
                 });
-                let mut beside = beside;
                 let sharper =
                     beside.any(|m| turns[m] > turns[n] || (turns[m] == turns[n] && m < n));
                 if turns[n] > angle && !sharper {
