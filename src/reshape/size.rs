@@ -63,6 +63,10 @@ const ARC: f64 = 0.8;
 /// sheets apart.
 const COARSE_SAG: f64 = 2.0;
 
+/// Their growth against that of their halves; twice as fast would be the same,
+/// and make worse angles.
+const COARSE_GRADING: f64 = 1.5;
+
 /// No target is below this share of the element size, nor below so many sags:
 /// what is finer than edges may stray is not to be resolved.
 const FLOOR: f64 = 0.02;
@@ -71,6 +75,9 @@ const FLOOR_IN_SAGS: f64 = 1.5;
 /// The target edge length at every vertex: the element size, less where a wall
 /// or a line bends, where lines are short or close together, and growing away
 /// from such places by [`Settings::grading`].
+///
+/// Elements that are to be halved may be twice as long there; not beside bent
+/// walls, where a quadrilateral warps that lies askew.
 pub(super) fn sizes(
     complex: &Complex,
     vertices: &[MarkedVertex],
@@ -85,10 +92,18 @@ pub(super) fn sizes(
         *slot = slot.min(to.max(floor));
     };
     let around = Neighbours::new(complex);
+    let (parts, sag, grading) = match settings.quads {
+        true => (
+            2.0,
+            settings.sag / COARSE_SAG,
+            COARSE_GRADING * settings.grading,
+        ),
+        false => (1.0, settings.sag, settings.grading),
+    };
     for v in 0..vertices.len() as u32 {
         let bend = wall_bend(v, &around, complex, vertices, ground);
         if bend > 0.0 {
-            lower(v, (8.0 * settings.sag / bend).sqrt(), &mut size);
+            lower(v, (8.0 * sag / bend).sqrt(), &mut size);
         }
     }
     // Edges to be halved may span an arc and a half.
@@ -100,14 +115,14 @@ pub(super) fn sizes(
     for course in lines.courses() {
         if course.ends()[0] != course.ends()[1] {
             for v in course.ends() {
-                lower(v, course.length(), &mut size);
+                lower(v, parts * course.length(), &mut size);
             }
         }
     }
-    for (v, gap) in gaps(complex, lines, &around, settings.size) {
-        lower(v, gap, &mut size);
+    for (v, gap) in gaps(complex, lines, &around, settings.size / parts) {
+        lower(v, parts * gap, &mut size);
     }
-    grade(&mut size, &around, settings.grading);
+    grade(&mut size, &around, grading);
     size
 }
 
