@@ -28,6 +28,7 @@ pub use intersect::{clash, self_intersections};
 pub use measure::{Bounds, is_thin};
 pub use shells::{Shell, closed_shells};
 pub use simplify::{Simplified, Simplify, simplify};
+pub(crate) use stitch::close_t_junctions;
 pub use unite::{UniteError, cleared, without};
 pub use weld::{Weld, weld_exact, weld_within};
 
