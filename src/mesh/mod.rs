@@ -26,6 +26,7 @@ pub use error::{EdgeReport, PartError, PartWarning};
 pub use frame::Frame;
 pub use intersect::{clash, self_intersections};
 pub use measure::{Bounds, is_thin};
+pub(crate) use shells::turn_by_nesting;
 pub use shells::{Shell, closed_shells};
 pub use simplify::{Simplified, Simplify, simplify};
 pub(crate) use stitch::close_t_junctions;

@@ -296,20 +296,17 @@ fn read(args: &Args) -> Result<Control, Failure> {
         .iter()
         .map(|warning| read_warning(file, warning))
         .collect();
-    let volume = cage.volume();
-    let cage = if cage.is_closed() && volume < 0.0 {
+    let faces = cage.face_count();
+    let (cage, turned) = cage.outward();
+    if turned > 0 {
         warnings.push(Warning {
             code: "inside_out",
             message: format!(
-                "{}: the control mesh was inside out (volume {}); all faces were turned",
-                shown_path(file),
-                figure(volume)
+                "{}: {turned} of {faces} faces belong to shells that were inside out, and were turned",
+                shown_path(file)
             ),
         });
-        cage.turned_over()
-    } else {
-        cage
-    };
+    }
     Ok(Control {
         cage,
         boundary,
