@@ -15,7 +15,7 @@ use midsurf::subdivide::{
 };
 use serde_json::{Value, json};
 
-use super::subdivide_report::{figures, range, shade, summary, warnings};
+use super::subdivide_report::{figures, mean, range, shade, summary, warnings};
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::groups::{Group, check_groups, thickness_of};

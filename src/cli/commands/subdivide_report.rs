@@ -65,7 +65,7 @@ pub(super) fn range(values: &[f64]) -> [f64; 2] {
     })
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
