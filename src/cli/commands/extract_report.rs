@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::detect::detection_json;
 use super::extract_args::Args;
-use super::missed::missed_tags;
+use super::missed;
 use crate::cli::shared::figures::{Figures, counted, listed, place};
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};
@@ -49,7 +49,7 @@ pub(crate) struct Report {
 impl Report {
     pub(crate) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
         let mut warnings = warnings(result);
-        warnings.extend(missed_tags(input, result));
+        warnings.extend(missed::warnings(input, result));
         Report {
             figures: Figures::of(&result.surface, &result.graph),
             warnings,
@@ -117,6 +117,7 @@ impl Report {
                 "queries_per_edge": work.counts.queries_per_edge,
                 "lost": work.counts.lost,
                 "matched": work.counts.matched,
+                "torn": work.counts.torn,
                 "unsettled": work.counts.unsettled,
                 "remeshing": work.edits,
             },
@@ -240,6 +241,15 @@ fn warnings(result: &Extraction) -> Vec<Warning> {
                 "followers stopped short at {}; {} closed by the walls at their ends, what did not close is counted as a crack",
                 counted(result.work.counts.lost, "place"),
                 counted(result.work.counts.matched, "loop")
+            ),
+        );
+    }
+    if result.work.counts.torn > 0 {
+        warn(
+            "torn",
+            format!(
+                "sheets stop where no wall ends at {}: the border there is where following stopped; a smaller --cell may follow on",
+                counted(result.work.counts.torn, "place")
             ),
         );
     }

@@ -16,8 +16,8 @@ pub(crate) mod offset;
 pub(crate) mod rethicken;
 pub(crate) mod roundtrip;
 pub(crate) mod subdivide;
+mod subdivide_report;
 pub(crate) mod tags;
 pub(crate) mod thicken;
-mod thickness_map;
 #[cfg(feature = "view")]
 pub(crate) mod view;
