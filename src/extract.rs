@@ -11,11 +11,10 @@ use crate::check::closed_over::{ClosedOver, closed_over};
 use crate::field::Field;
 use crate::lattice::{Lattice, TetKey};
 use crate::mesh::{FaceId, Frame, Part};
-use crate::reshape::ElementSettings;
-use crate::reshape::clean;
 use crate::reshape::crease::mark_creases;
 use crate::reshape::project::Projector;
 use crate::reshape::remesh::{self, Meshed, remesh};
+use crate::reshape::{self, ElementSettings, TooManyElements, clean};
 use crate::settings::cell::{BadCell, CellSize, Scale};
 use crate::settings::memory::{MEMORY_LIMIT, TooFine};
 use crate::settings::progress::{Progress, Stop, Stopped};
@@ -61,10 +60,6 @@ impl Default for Settings {
 /// input makes of a flat wall.
 pub const DEFAULT_ANGLE: f64 = 15.0;
 
-/// Least object angle of a fin that is kept with [`Settings::keep_fins`]:
-/// above the facet angle of usual tessellations.
-const KEPT_FIN_ANGLE: f64 = 40.0;
-
 /// Bytes that an active cell of the result takes at the peak, which is in
 /// cleaning: 2,000 measured for each further cell, between 24,000 and 378,000.
 const BYTES_PER_CELL: f64 = 2_200.0;
@@ -87,6 +82,10 @@ pub enum ExtractError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     TooFine(#[from] TooFine),
+    /// The elements would not fit.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    TooManyElements(#[from] TooManyElements),
     /// It was asked to stop; see [`extract_until`].
     #[error("stopped on request")]
     #[diagnostic(help("start again"))]
@@ -271,6 +270,7 @@ pub(crate) fn finish(
     let meshed = match element_settings(part, profile, settings)? {
         Some(wanted) => {
             progress("remesh", 0, 0);
+            reshape::fits(traced.plain().area(), wanted.size, settings.memory_limit)?;
             remesh(&traced, &projector, &wanted)
         }
         None => Meshed {
@@ -318,12 +318,7 @@ pub(crate) fn finish(
 }
 
 pub(crate) fn separation(settings: &Settings) -> Separation {
-    Separation {
-        min_angle: settings.min_angle,
-        keep_fins_from: settings
-            .keep_fins
-            .then_some(KEPT_FIN_ANGLE.max(settings.min_angle)),
-    }
+    Separation::new(settings.min_angle, settings.keep_fins)
 }
 
 fn cell_size(

@@ -7,9 +7,9 @@ use rustc_hash::FxHashMap;
 use super::ball::{Touching, touching};
 use super::measures::{Defect, LEAST_ANGLE, Measure, Outcome};
 use crate::field::{Field, Footpoint, Hit};
+use crate::mesh::samples::spread;
 use crate::mesh::sets::Sets;
-use crate::mesh::{Part, TriMesh, self_intersections};
-use crate::roundtrip::samples::spread;
+use crate::mesh::{Part, TriMesh, self_intersections, smallest_angle};
 use crate::surface::MidSurface;
 use crate::surface::edges::Edges;
 use crate::walls::{Separation, Walls};
@@ -106,6 +106,8 @@ struct Checker<'c> {
     walls: &'c Walls<'c>,
     field: &'c Field,
     edges: Edges,
+    /// The first triangle at each vertex.
+    triangle_at: Vec<Option<u32>>,
     limits: &'c Limits,
 }
 
@@ -117,7 +119,14 @@ impl<'c> Checker<'c> {
         limits: &'c Limits,
     ) -> Checker<'c> {
         let mesh = surface.mesh();
+        let mut triangle_at = vec![None; mesh.positions.len()];
+        for (t, corners) in (0..).zip(&mesh.triangles) {
+            for &v in corners {
+                triangle_at[v as usize].get_or_insert(t);
+            }
+        }
         Checker {
+            triangle_at,
             part,
             surface,
             edges: Edges::new(&mesh.triangles),
@@ -140,7 +149,7 @@ impl<'c> Checker<'c> {
         let bends = Bends::of(self, thickness);
         let (uncovered, covered) = self.uncovered(thickness);
         let of = |measure, all| Outcome::of(measure, all, self.limit(measure));
-        let one_of = |v: usize| self.triangle_at(v as u32);
+        let one_of = |v: usize| self.triangle_at[v];
         let outcomes = vec![
             of(
                 Measure::NodesOffMiddle,
@@ -215,17 +224,6 @@ impl<'c> Checker<'c> {
         self.at(a).midpoint(self.at(b))
     }
 
-    /// A triangle with this corner.
-    fn triangle_at(&self, v: u32) -> Option<u32> {
-        let edges = self.edges.ends.partition_point(|e| e[0] < v);
-        let own = self.edges.ends.get(edges).filter(|e| e[0] == v);
-        let any = || self.mesh.triangles.iter().position(|t| t.contains(&v));
-        match own {
-            Some(_) => Some(self.edges.uses(edges)[0] / 3),
-            None => any().map(|t| t as u32),
-        }
-    }
-
     fn probe(&self, at: DVec3, hits: &mut Vec<Hit>) -> Probe {
         let clearance = self.field.signed_clearance(at);
         let mut at = at;
@@ -279,7 +277,7 @@ impl<'c> Checker<'c> {
             (!bends.near(probe.at)).then_some(Defect {
                 at: probe.at,
                 value: off / self.limits.tolerance,
-                triangle: self.triangle_at(n as u32),
+                triangle: self.triangle_at[n],
             })
         };
         nodes
@@ -465,14 +463,9 @@ impl<'c> Checker<'c> {
     fn small_angles(&self) -> Vec<Defect> {
         let one = |(t, corners): (usize, &[u32; 3])| {
             let p = corners.map(|v| self.at(v));
-            let angle = |k: usize| {
-                let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
-                u.cross(v).length().atan2(u.dot(v)).to_degrees()
-            };
-            let least = angle(0).min(angle(1)).min(angle(2));
             Defect {
                 at: (p[0] + p[1] + p[2]) / 3.0,
-                value: (LEAST_ANGLE - least).max(0.0),
+                value: (LEAST_ANGLE - smallest_angle(p)).max(0.0),
                 triangle: Some(t as u32),
             }
         };

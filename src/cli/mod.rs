@@ -17,8 +17,8 @@ use miette::MietteHandlerOpts;
 use shared::memory::Bytes;
 
 use commands::{
-    check, completions, extract, hollow, info, merge, offset, rethicken, roundtrip, subdivide,
-    tags, thicken,
+    check, completions, extract, hollow, info, merge, mesh, offset, rethicken, roundtrip,
+    subdivide, tags, thicken,
 };
 
 /// Exit code after SIGINT or SIGTERM, or Ctrl-C.
@@ -56,6 +56,7 @@ struct Cli {
 enum Command {
     Extract(extract::Args),
     Merge(merge::Args),
+    Mesh(mesh::Args),
     Check(check::Args),
     Info(info::Args),
     Subdivide(subdivide::Args),
@@ -97,6 +98,7 @@ pub fn run() -> ExitCode {
     let outcome = match cli.command {
         Command::Extract(args) => extract::run(args),
         Command::Merge(args) => merge::run(args),
+        Command::Mesh(args) => mesh::run(args),
         Command::Check(args) => check::run(args),
         Command::Info(args) => info::run(args),
         Command::Subdivide(args) => subdivide::run(args),

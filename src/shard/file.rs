@@ -91,9 +91,10 @@ impl Shard {
     }
 }
 
-fn counts(c: &Counts) -> [u64; 8] {
+fn counts(c: &Counts) -> [u64; 9] {
     let [cells, tets, faces, edges] = [c.cells, c.tetrahedra, c.faces, c.edges].map(|n| n as u64);
-    let [lost, matched, unsettled] = [c.lost, c.matched, c.unsettled].map(|n| n as u64);
+    let [lost, matched, torn, unsettled] =
+        [c.lost, c.matched, c.torn, c.unsettled].map(|n| n as u64);
     [
         cells, tets, faces, edges, c.queries, lost, matched, unsettled,
     ]
@@ -140,7 +141,7 @@ fn read_content(input: &mut dyn Read) -> io::Result<Shard> {
     let part_sum = get(input)?;
     let (cell, min_angle) = (get_f64(input)?, get_f64(input)?);
     let keep_fins = get_flag(input)?;
-    let mut numbers = [0; 8];
+    let mut numbers = [0; 9];
     for n in &mut numbers {
         *n = u64::from_le_bytes(get(input)?);
     }
@@ -189,6 +190,7 @@ fn read_content(input: &mut dyn Read) -> io::Result<Shard> {
             queries_per_edge,
             lost: lost as usize,
             matched: matched as usize,
+            torn: torn as usize,
             unsettled: unsettled as usize,
         },
     })

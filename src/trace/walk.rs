@@ -36,7 +36,7 @@ use crate::lattice::{BlockKey, CellBox, FaceKey, Lattice, TetKey};
 use crate::mesh::FaceId;
 use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::marked::MarkedMesh;
-use crate::trace::follow::face::FaceContours;
+use crate::trace::follow::face::{FaceContours, FaceNodeKind};
 use crate::trace::tet::TetSurface;
 use crate::trace::tolerances::Tolerances;
 use crate::walls::Walls;
@@ -63,6 +63,10 @@ pub struct Counts {
     /// Loops closed by matching what was left open, where a curve was lost or
     /// a sheet stops being one on the way.
     pub matched: usize,
+    /// Borders where no wall ends: following was lost between walls that are
+    /// separate, in a face whose small triangles did not tell how it goes on,
+    /// or on a seam through a tetrahedron.
+    pub torn: usize,
     /// Faces that still changed when the rounds were over: two followers
     /// that do not agree.
     pub unsettled: usize,
@@ -81,6 +85,7 @@ impl Counts {
         self.queries += other.queries;
         self.lost += other.lost;
         self.matched += other.matched;
+        self.torn += other.torn;
         self.unsettled += other.unsettled;
     }
 }
@@ -122,21 +127,23 @@ pub struct Tracer<'a> {
     unsettled: usize,
 }
 
-/// Places lost and loops matched, by who met them. The last word counts.
+/// Places lost, loops matched and borders torn, by who met them. The last word counts.
 #[derive(Default)]
 struct Troubles {
-    faces: FxHashMap<FaceKey, [u32; 2]>,
-    tets: FxHashMap<TetKey, [u32; 2]>,
+    faces: FxHashMap<FaceKey, [u32; 3]>,
+    tets: FxHashMap<TetKey, [u32; 3]>,
 }
 
 impl Troubles {
     fn of_face(&mut self, key: FaceKey, face: &FaceContours) {
-        note(&mut self.faces, key, [face.lost.len() as u32, face.matched]);
+        let torn = face.nodes.iter().filter(|n| n.kind == FaceNodeKind::Torn);
+        let trouble = [face.lost.len() as u32, face.matched, torn.count() as u32];
+        note(&mut self.faces, key, trouble);
     }
 
     /// A tetrahedron that could not be solved is one place lost.
     fn of_tet(&mut self, key: TetKey, tet: Option<&TetSurface>) {
-        let trouble = tet.map_or([1, 0], |t| [t.open.len() as u32, t.matched]);
+        let trouble = tet.map_or([1, 0, 0], |t| [t.open.len() as u32, t.matched, t.torn]);
         note(&mut self.tets, key, trouble);
     }
 
@@ -161,8 +168,8 @@ impl Troubles {
     }
 }
 
-fn note<K: std::hash::Hash + Eq>(all: &mut FxHashMap<K, [u32; 2]>, key: K, trouble: [u32; 2]) {
-    if trouble != [0, 0] {
+fn note<K: std::hash::Hash + Eq>(all: &mut FxHashMap<K, [u32; 3]>, key: K, trouble: [u32; 3]) {
+    if trouble != [0; 3] {
         all.insert(key, trouble);
     }
 }
@@ -409,6 +416,7 @@ impl<'a> Tracer<'a> {
             queries_per_edge: self.effort.edge_queries as f64 / self.effort.edges.max(1) as f64,
             lost: self.troubles.sum(0),
             matched: self.troubles.sum(1),
+            torn: self.troubles.sum(2),
             unsettled: self.unsettled,
         }
     }

@@ -11,13 +11,14 @@ mod extract_report;
 pub(crate) mod hollow;
 pub(crate) mod info;
 pub(crate) mod merge;
+pub(crate) mod mesh;
 mod missed;
 pub(crate) mod offset;
 pub(crate) mod rethicken;
 pub(crate) mod roundtrip;
 pub(crate) mod subdivide;
+mod subdivide_report;
 pub(crate) mod tags;
 pub(crate) mod thicken;
-mod thickness_map;
 #[cfg(feature = "view")]
 pub(crate) mod view;
