@@ -39,7 +39,13 @@ impl Draw<'_> {
     fn length(&mut self) -> f64 {
         let whole = f64::from(self.below(5));
         let near = [0.0, 1e-16, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 0.3];
-        whole + near[usize::from(self.below(8))] * if self.byte() % 2 == 0 { 1.0 } else { -1.0 }
+        whole
+            + near[usize::from(self.below(8))]
+                * if self.byte().is_multiple_of(2) {
+                    1.0
+                } else {
+                    -1.0
+                }
     }
 
     /// Plain three times of four.
@@ -60,7 +66,7 @@ pub fn solid(bytes: &[u8]) -> Case {
     let turn = draw.turn();
     let choice = draw.share();
     let shift = [0.0, 0.0, 1e3, 1e6][usize::from(draw.below(4))];
-    let mut mesh = if draw.byte() % 2 == 0 {
+    let mut mesh = if draw.byte().is_multiple_of(2) {
         let thin = [1.0, 0.2, 0.05, 1e-3][usize::from(draw.below(4))];
         let mut bits = (0..4).map(|_| draw.byte()).collect::<Vec<u8>>();
         bits[0] |= 1;
