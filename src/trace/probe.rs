@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::field::{Field, Footpoint};
 use crate::mesh::FaceId;
+use crate::trace::solve::Condition;
 use crate::walls::Walls;
 
 /// Two walls that tie, ordered: whoever walks the contour has `left` nearest
@@ -24,6 +25,11 @@ impl Pair {
             left: self.right,
             right: self.left,
         }
+    }
+
+    /// The condition that both are equally far.
+    pub fn tie(self) -> Condition {
+        Condition::Tie(self.left, self.right)
     }
 }
 

@@ -16,10 +16,10 @@ use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::marked::Line;
 use crate::surface::marked::{MarkedMesh, MarkedVertex, edge};
 use crate::trace::edge::{Crossing, NodeSample, crossings, sample_node};
-use crate::trace::follow::contour::{Barrier, Region};
+use crate::trace::follow::cage::Cage;
 use crate::trace::follow::face::{FaceContours, FaceNodeKind, FaceSeed, solve_face};
 use crate::trace::follow::fan::alike;
-use crate::trace::follow::seam::Cage;
+use crate::trace::follow::region::{Barrier, Region};
 use crate::trace::probe::Probe;
 use crate::trace::tet::{InnerKind, TetSurface, VertexKey, solve_tet};
 use crate::trace::tolerances::Tolerances;
@@ -65,6 +65,10 @@ pub struct Counts {
     /// Loops closed by matching what was left open, where a curve was lost or
     /// a sheet stops being one on the way.
     pub matched: usize,
+    /// Borders where no wall ends: following was lost between walls that are
+    /// separate, in a face whose small triangles did not tell how it goes on,
+    /// or on a seam through a tetrahedron.
+    pub torn: usize,
     /// Faces that still changed when the rounds were over: two followers
     /// that do not agree.
     pub unsettled: usize,
@@ -405,6 +409,11 @@ impl<'a> Tracer<'a> {
                 let faces = self.found.faces.values().map(|f| f.matched as usize);
                 let tets = self.found.tets.values().map(|t| t.matched as usize);
                 faces.sum::<usize>() + tets.sum::<usize>()
+            },
+            torn: {
+                let nodes = self.found.faces.values().flat_map(|f| &f.nodes);
+                let tets = self.found.tets.values().map(|t| t.torn as usize);
+                nodes.filter(|n| n.kind == FaceNodeKind::Torn).count() + tets.sum::<usize>()
             },
             unsettled: self.found.unsettled,
         }

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::detect::detection_json;
 use super::extract_args::Args;
-use super::missed::missed_tags;
+use super::missed;
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};
 use crate::cli::shared::numbers::figure;
@@ -54,7 +54,7 @@ pub(crate) struct Report {
 impl Report {
     pub(crate) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
         let mut warnings = warnings(result);
-        warnings.extend(missed_tags(input, result));
+        warnings.extend(missed::warnings(input, result));
         Report {
             figures: summary(&result.surface, &result.graph),
             thickness: Thickness::of(&result.surface),
@@ -126,6 +126,7 @@ impl Report {
                 "queries_per_edge": work.counts.queries_per_edge,
                 "lost": work.counts.lost,
                 "matched": work.counts.matched,
+                "torn": work.counts.torn,
                 "unsettled": work.counts.unsettled,
                 "remeshing": work.edits,
             },
@@ -331,6 +332,15 @@ fn warnings(result: &Extraction) -> Vec<Warning> {
                 "followers stopped short at {}; {} closed by the walls at their ends, what did not close is counted as a crack",
                 counted(result.work.counts.lost, "place"),
                 counted(result.work.counts.matched, "loop")
+            ),
+        );
+    }
+    if result.work.counts.torn > 0 {
+        warn(
+            "torn",
+            format!(
+                "sheets stop where no wall ends at {}: the border there is where following stopped; a smaller --cell may follow on",
+                counted(result.work.counts.torn, "place")
             ),
         );
     }

@@ -18,6 +18,5 @@ pub(crate) mod schema;
 pub(crate) mod subdivide;
 pub(crate) mod tags;
 pub(crate) mod thicken;
-mod thickness_map;
 #[cfg(feature = "view")]
 pub(crate) mod view;
