@@ -29,6 +29,7 @@ use super::{PartOptions, TriMesh};
 
 pub(super) use gaps::closing_weld;
 pub(super) use orient::report;
+pub(crate) use stitch::close_exactly as close_t_junctions;
 
 /// Times that all steps are gone through at most.
 const ROUNDS: usize = 4;
