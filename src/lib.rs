@@ -22,6 +22,7 @@
 //! | [`surface`] | the result as a value: sheets, seams, borders, and what to say of them |
 //! | [`reshape`] | what edits it: clean-up, creases, remeshing |
 //! | [`check`] | the result held against the part |
+//! | [`inspect`] | what a part is: counts, measures, wall thickness |
 //! | [`coping`] | which triangles close a wall: tag files, and finding them |
 //! | [`io`] | readers and writers, one file a format |
 //! | [`settings`] | what all engines are told, and how they tell where they are |
@@ -31,21 +32,10 @@
 //! mid-surfaces; [`subdivide`] makes hollow solids of Catmull-Clark control
 //! meshes. `dual_contour` turns a solid given by a function into a mesh without
 //! self-intersections, for all of these. [`roundtrip`] goes from the part to
-//! its mid-surface, back to a solid, and says how far that is off. `view`, a
-//! feature, is a page in the browser to look, tag and extract.
+//! its mid-surface, back to a solid, and says how far that is off. [`shell`] is
+//! the mid-surface as a model that solvers take; `view`, a feature, a page in the
+//! browser to look, tag and extract.
 //!
-//! * [`check`]: what a result fails to do, held against the part.
-//! * [`dual_contour`]: a solid given by a function, as a mesh without
-//!   self-intersections; what the next three share.
-//! * [`offset`]: closed parts grown, shrunk and hollowed.
-//! * [`thicken`]: solids of surfaces, on one side.
-//! * [`rethicken`]: solids of mid-surfaces with a ball at every vertex.
-//! * [`roundtrip`]: part to mid-surface to solid, and how far that is off.
-//! * [`shell`]: the mid-surface as a model that solvers take.
-//! * [`subdivide`]: hollow solids from Catmull-Clark control meshes.
-//! * `view`, a feature: a page in the browser to look, tag and extract.
-//! * [`settings`]: what all of these are told, and how they tell where they are
-//!   and refuse what would not fit.
 //! # Who may use whom
 //!
 //! ```text
@@ -56,7 +46,7 @@
 //!
 //! *Never*: `surface` the field, `dual_contour` the field, `io` an engine, a
 //! stage of the extraction its conductor `extract`, an engine another engine
-//! (but `subdivide`'s contour scheme the offset, and `roundtrip` all it goes
+//! (but `subdivide`'s contour scheme the offset and the thickening, and `roundtrip` all it goes
 //! through), anything the command line, which lives in the binary. Rooms after
 //! `field` know triangles by number and ask the field for them; none keeps or
 //! walks a mesh.
@@ -78,6 +68,7 @@ pub mod coping;
 mod dual_contour;
 pub mod extract;
 mod field;
+pub mod inspect;
 pub mod io;
 mod lattice;
 pub mod mesh;

@@ -7,9 +7,9 @@ use rustc_hash::FxHashMap;
 use super::ball::{Touching, touching};
 use super::measures::{Defect, LEAST_ANGLE, Measure, Outcome};
 use crate::field::{Field, Footpoint, Hit};
+use crate::mesh::samples::spread;
 use crate::mesh::sets::Sets;
-use crate::mesh::{Part, TriMesh, self_intersections};
-use crate::roundtrip::samples::spread;
+use crate::mesh::{Part, TriMesh, self_intersections, smallest_angle};
 use crate::surface::MidSurface;
 use crate::surface::edges::Edges;
 use crate::walls::{Separation, Walls};
@@ -465,14 +465,9 @@ impl<'c> Checker<'c> {
     fn small_angles(&self) -> Vec<Defect> {
         let one = |(t, corners): (usize, &[u32; 3])| {
             let p = corners.map(|v| self.at(v));
-            let angle = |k: usize| {
-                let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
-                u.cross(v).length().atan2(u.dot(v)).to_degrees()
-            };
-            let least = angle(0).min(angle(1)).min(angle(2));
             Defect {
                 at: (p[0] + p[1] + p[2]) / 3.0,
-                value: (LEAST_ANGLE - least).max(0.0),
+                value: (LEAST_ANGLE - smallest_angle(p)).max(0.0),
                 triangle: Some(t as u32),
             }
         };

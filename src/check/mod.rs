@@ -2,11 +2,13 @@
 //!
 //! * [`Check`]: a mid-surface of any origin, measured against its part.
 //! * [`closed_over`]: coping faces that no border reached.
+//! * [`missed`]: faces that were not tagged, before which a sheet ends.
 
 mod against_part;
 mod ball;
 pub mod closed_over;
 mod measures;
+pub mod missed;
 #[cfg(test)]
 mod tests;
 

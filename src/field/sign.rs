@@ -22,6 +22,7 @@ use super::frame::Frame;
 use super::topology::Topology;
 use super::tree::{Child, Tree, WIDTH};
 use super::triangle::{Closest, Feature, Triangle};
+use crate::mesh::angle;
 
 #[derive(Clone, Debug)]
 pub(super) struct Sign {
@@ -90,8 +91,7 @@ impl Pseudonormals {
             let normal = triangle.normal();
             for i in 0..3 {
                 let (u, v) = (c[(i + 1) % 3] - c[i], c[(i + 2) % 3] - c[i]);
-                let angle = u.cross(v).length().atan2(u.dot(v));
-                vertex_normals[vertices[i] as usize] += normal * angle;
+                vertex_normals[vertices[i] as usize] += normal * angle(u, v);
             }
         }
         let slots = triangles.iter().zip(&topology.vertices);

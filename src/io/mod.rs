@@ -15,8 +15,8 @@ pub use error::{Place, Problem, ReadError};
 pub use names::{FacetNames, NameSet};
 pub(crate) use read::read_bytes;
 pub use read::{
-    ControlMesh, LoadedMesh, LoadedSurface, MAX_INPUT, MeshFormat, PlyValues, RadiusSource,
-    ReadWarning, SurfaceReadError, limit_input, read_any_surface, read_control, read_control_bytes,
-    read_mesh, read_mesh_bytes, read_surface,
+    BoundaryTag, ControlMesh, ControlTags, LoadedMesh, LoadedSurface, MAX_INPUT, MeshFormat,
+    PlyValues, RadiusSource, ReadWarning, SurfaceReadError, TagKind, limit_input, read_any_surface,
+    read_control, read_control_bytes, read_mesh, read_mesh_bytes, read_surface,
 };
 pub(crate) use text::{decode, hex};

@@ -13,6 +13,18 @@ pub fn is_thin([a, b, c]: [DVec3; 3], ratio: f64) -> bool {
     u.cross(v).length() <= ratio * longest
 }
 
+/// Angle between two vectors, radians: exact near 0 and pi too, and 0 if one has
+/// no length.
+pub fn angle(u: DVec3, v: DVec3) -> f64 {
+    u.cross(v).length().atan2(u.dot(v))
+}
+
+/// Smallest angle of a triangle, degrees; 0 where corners coincide.
+pub fn smallest_angle(p: [DVec3; 3]) -> f64 {
+    let at = |k: usize| angle(p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]).to_degrees();
+    at(0).min(at(1)).min(at(2))
+}
+
 /// Axis-parallel box in part units.
 ///
 /// An empty box has `min` above `max`; [`Bounds::is_empty`] tells.

@@ -18,7 +18,7 @@ use super::complex::{Complex, Rank};
 use super::facing::TURN;
 use super::project::Projector;
 use crate::field::Footpoint;
-use crate::mesh::{FaceId, self_intersections};
+use crate::mesh::{FaceId, angle, self_intersections};
 use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
 use crate::trace::solve::{Condition, on_coping, solve};
 use crate::trace::tolerances::CREASE_ANGLE;
@@ -495,6 +495,5 @@ impl Cutter<'_> {
 /// By how much the direction of a footpoint turns from one point to another,
 /// degrees.
 fn turn(x: DVec3, f: &Footpoint, y: DVec3, g: &Footpoint) -> f64 {
-    let (u, v) = (f.point - x, g.point - y);
-    u.cross(v).length().atan2(u.dot(v)).to_degrees()
+    angle(f.point - x, g.point - y).to_degrees()
 }

@@ -6,9 +6,9 @@
 //! with and without them, see [`Comparison::away`].
 
 mod deviation;
+mod distances;
 mod overlap;
 mod pruned;
-pub(crate) mod samples;
 
 use glam::DVec3;
 use miette::Diagnostic;
@@ -18,6 +18,7 @@ use thiserror::Error;
 
 use crate::extract::{self, ExtractError, Extraction, extract};
 use crate::field::Field;
+use crate::mesh::samples::spread;
 use crate::mesh::{FaceId, Frame, Part, TriMesh, self_intersections};
 use crate::rethicken::{self, BallSurface, RethickenError, Rethickened, rethicken};
 use crate::settings::cell::{CellSize, Scale};
@@ -25,10 +26,9 @@ use crate::settings::progress::Progress;
 use crate::walls::{Separation, Walls};
 use overlap::overlap;
 use pruned::Pruned;
-use samples::spread;
 
 pub use deviation::{DeviationMap, deviation_map};
-pub use samples::Distances;
+pub use distances::Distances;
 
 /// What to do and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,10 +7,10 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
-use miette::Diagnostic;
 use smallvec::SmallVec;
-use thiserror::Error;
 
+use super::error::CageError;
+use super::sharp::Sharpness;
 use crate::mesh::{Bounds, Frame};
 
 /// No half-edge runs the other way: the edge is on the boundary.
@@ -21,130 +21,6 @@ const MOST_CORNERS: usize = 1 << 28;
 
 /// A polygon as a list of vertices.
 pub type Polygon = SmallVec<[u32; 4]>;
-
-/// Why polygons are no control mesh. Faces and vertices count from 0.
-#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum CageError {
-    /// Nothing to subdivide.
-    #[error("the control mesh has no faces")]
-    #[diagnostic(help("export the faces of the control mesh, not points or curves"))]
-    Empty,
-    /// NaN or infinite.
-    #[error("vertex {vertex} has a coordinate that is no finite number")]
-    #[diagnostic(help("repair the vertex in the tool that wrote the file"))]
-    NotFinite {
-        /// The vertex.
-        vertex: usize,
-    },
-    /// A face names a vertex that does not exist.
-    #[error("face {face} names vertex {vertex}, which does not exist")]
-    #[diagnostic(help("export the control mesh again"))]
-    NoSuchVertex {
-        /// The face.
-        face: usize,
-        /// The vertex.
-        vertex: usize,
-    },
-    /// A face of one or two corners.
-    #[error("face {face} has fewer than three corners")]
-    #[diagnostic(help("remove the face, or give it three or more corners, each once"))]
-    FewCorners {
-        /// The face.
-        face: usize,
-    },
-    /// A face runs over a vertex twice.
-    #[error("face {face} has vertex {vertex} at two of its corners")]
-    #[diagnostic(help("remove the face, or give it three or more corners, each once"))]
-    RepeatedCorner {
-        /// The face.
-        face: usize,
-        /// The vertex.
-        vertex: usize,
-    },
-    /// More than two faces at an edge.
-    #[error(
-        "the edge between vertices {from} and {to} has more than two faces: {first}, {second}, {face}"
-    )]
-    #[diagnostic(help("remove inner or doubled faces at that edge"))]
-    CrowdedEdge {
-        /// The face that is one too many.
-        face: usize,
-        /// A face there before.
-        first: usize,
-        /// The other face there before.
-        second: usize,
-        /// One end.
-        from: usize,
-        /// The other end.
-        to: usize,
-    },
-    /// Two neighbours run over their edge in the same direction.
-    #[error(
-        "faces {other} and {face} run over their edge from vertex {from} to {to} in the same direction"
-    )]
-    #[diagnostic(help(
-        "turn one of the two over; most modelling tools can make normals consistent"
-    ))]
-    Inconsistent {
-        /// The later face.
-        face: usize,
-        /// The earlier one.
-        other: usize,
-        /// Start of the edge.
-        from: usize,
-        /// Its end.
-        to: usize,
-    },
-    /// Pieces that hang together at a vertex only.
-    #[error(
-        "the faces around vertex {vertex} do not hang together by edges: face {face} is one of another piece"
-    )]
-    #[diagnostic(help("give each piece a vertex of its own there, or join the pieces by an edge"))]
-    Pinched {
-        /// A face of a piece beyond the first.
-        face: usize,
-        /// The vertex.
-        vertex: usize,
-    },
-    /// A vertex of no face.
-    #[error("vertex {vertex} belongs to no face")]
-    #[diagnostic(help("remove loose vertices in the modelling tool"))]
-    Isolated {
-        /// The vertex.
-        vertex: usize,
-    },
-    /// More than can be numbered.
-    #[error("{corners} face corners are too many")]
-    #[diagnostic(help("subdivide fewer times, or start from a coarser mesh"))]
-    TooLarge {
-        /// Corners asked for.
-        corners: usize,
-    },
-}
-
-impl CageError {
-    /// The face that the error names.
-    pub fn face(&self) -> Option<usize> {
-        match *self {
-            CageError::NoSuchVertex { face, .. }
-            | CageError::FewCorners { face }
-            | CageError::RepeatedCorner { face, .. }
-            | CageError::CrowdedEdge { face, .. }
-            | CageError::Inconsistent { face, .. }
-            | CageError::Pinched { face, .. } => Some(face),
-            _ => None,
-        }
-    }
-
-    /// The vertex that the error names, where it names no face.
-    pub fn vertex(&self) -> Option<usize> {
-        match *self {
-            CageError::NotFinite { vertex } | CageError::Isolated { vertex } => Some(vertex),
-            _ => None,
-        }
-    }
-}
 
 /// A checked control mesh of polygons.
 ///
@@ -168,6 +44,7 @@ pub struct Cage {
     /// Faces around each vertex.
     degrees: Vec<u32>,
     boundary: Vec<bool>,
+    pub(super) sharpness: Sharpness,
 }
 
 impl Cage {
@@ -243,8 +120,10 @@ impl Cage {
         corners: Vec<u32>,
         starts: Vec<u32>,
         twins: Vec<u32>,
+        sharpness: Sharpness,
     ) -> Cage {
         let mut cage = Cage::assemble(positions, corners, starts, twins);
+        cage.sharpness = sharpness;
         cage.index();
         cage
     }
@@ -269,6 +148,7 @@ impl Cage {
             leaving: vec![NONE; vertices],
             degrees: vec![0; vertices],
             boundary: vec![false; vertices],
+            sharpness: Sharpness::default(),
         }
     }
 
@@ -374,9 +254,9 @@ impl Cage {
         self.positions.len() as i64 - self.edge_count() as i64 + self.face_count() as i64
     }
 
-    /// Whether no edge is on the boundary.
+    /// Whether the surface has no rim: no edge on the boundary or at a hole.
     pub fn is_closed(&self) -> bool {
-        self.twins.iter().all(|&twin| twin != NONE)
+        (0..self.corners.len() as u32).all(|h| !self.is_rim(h))
     }
 
     /// Whether all faces have four corners.
@@ -431,7 +311,9 @@ impl Cage {
             })
             .collect();
         // Turning over breaks none of the invariants.
-        Cage::new(self.positions.clone(), &faces).unwrap_or_else(|_| self.clone())
+        Cage::new(self.positions.clone(), &faces)
+            .and_then(|cage| cage.tagged(&self.tags()))
+            .unwrap_or_else(|_| self.clone())
     }
 
     #[inline]

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::grid::{Grid, Samples};
+use super::grid::{Grid, Laid, on_side};
 use super::limit::LimitSurface;
 use super::patch::Jet;
 use crate::field::Field;
@@ -29,18 +29,15 @@ struct Place {
 /// on the surface itself the rest. A nearer place whose triangle is farther
 /// would be missed; triangles and surface differ by the sagitta only. Never
 /// more than the distance to the sample's own outer point.
-pub(super) fn thickness(
-    surface: &LimitSurface,
-    grid: &Grid,
-    samples: &Samples,
-    triangles: &[[u32; 3]],
-) -> Vec<f64> {
+pub(super) fn thickness(surface: &LimitSurface, grid: &Grid, laid: &Laid) -> Vec<f64> {
+    let Laid {
+        samples, triangles, ..
+    } = laid;
     let corners = triangles
         .iter()
         .map(|t| t.map(|v| samples.outer[v as usize]))
         .collect();
-    let field = Field::from_triangles(corners, triangles.to_vec(), Vec::new());
-    let n = grid.steps();
+    let field = Field::from_triangles(corners, triangles.clone(), Vec::new());
     // A triangle at the sample's own outer point is a near one to begin with.
     let mut own = vec![FaceId(0); samples.outer.len()];
     for (triangle, corners) in triangles.iter().enumerate() {
@@ -57,16 +54,16 @@ pub(super) fn thickness(
             let near = field.footpoint_near(p, own);
             let triangle = near.face.index();
             let corners = triangles[triangle].map(|v| samples.outer[v as usize]);
-            let start = place_of(n, triangle, corners, near.point);
+            let start = place_of(grid, triangle, corners, near.point);
             closest(surface, p, start).min(p.distance(above))
         })
         .collect()
 }
 
 /// Parameters of a point in a triangle of the grid.
-fn place_of(n: usize, triangle: usize, corners: [DVec3; 3], p: DVec3) -> Place {
-    let (cell, upper) = (triangle / 2, triangle % 2 == 1);
-    let (face, cell) = (cell / (n * n), cell % (n * n));
+fn place_of(grid: &Grid, triangle: usize, corners: [DVec3; 3], p: DVec3) -> Place {
+    let (n, upper) = (grid.steps(), triangle % 2 == 1);
+    let (face, cell) = grid.cell_of(triangle);
     let (i, j) = ((cell / n) as f64, (cell % n) as f64);
     let ends = if upper {
         [(i, j), (i + 1.0, j + 1.0), (i, j + 1.0)]
@@ -188,12 +185,13 @@ fn curvature(jet: &Jet, r: DVec3, damping: f64) -> [f64; 3] {
     [a + damping * flat[0], b, c + damping * flat[2]]
 }
 
-/// The same place seen from the neighbour over a side; none at the boundary.
+/// The same place seen from the neighbour over a side; none at the rim.
 fn across(surface: &LimitSurface, place: Place, side: usize) -> Option<Place> {
     let along = [place.u, place.v, 1.0 - place.u, 1.0 - place.v][side];
-    let twin = surface.mesh().cage().twin((4 * place.face + side) as u32)?;
-    let t = 1.0 - along;
-    let (u, v) = [(t, 0.0), (1.0, t), (1.0 - t, 1.0), (0.0, 1.0 - t)][twin as usize % 4];
+    let h = (4 * place.face + side) as u32;
+    let cage = surface.mesh().cage();
+    let twin = cage.twin(h).filter(|_| !cage.is_rim(h))?;
+    let (u, v) = on_side(twin % 4, 1.0 - along);
     Some(Place {
         face: twin as usize / 4,
         u,

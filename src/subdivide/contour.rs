@@ -4,7 +4,8 @@
 //! The paper leaves loops and self-intersections of the crust to future work.
 //! Beyond the fold-free thickness no wall that follows the surface point by
 //! point avoids them; the set of points deeper than the thickness does, and
-//! the offset engine makes its surface.
+//! the offset engine makes its surface. Of an open surface it is the thickened
+//! solid that has the same wall, and flat rims.
 
 use miette::Diagnostic;
 use rayon::prelude::*;
@@ -18,6 +19,7 @@ use crate::offset::{self, OffsetError, hollowed, offset};
 use crate::settings::cell::{CellSize, Scale};
 use crate::settings::precision::Precision;
 use crate::settings::progress::Progress;
+use crate::thicken::{self, Side, ThickenError, thicken};
 
 /// What to contour, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,10 +30,11 @@ pub struct ContourSettings {
     pub samples: usize,
     /// Subdivision steps before.
     pub level: u32,
-    /// Rule at the boundary; the surface has to be closed all the same.
+    /// Rule at the boundary.
     pub boundary: Boundary,
-    /// Edge length of a grid cell; by default so that 256 go along the surface,
-    /// and a thickness is that of the wall.
+    /// Edge length of a grid cell; by default so that 256 go along a closed
+    /// surface, four through the wall of an open one. A thickness is that of the
+    /// wall.
     pub cell: CellSize,
     /// Numbers that vertices of the inner wall may have.
     pub precision: Precision,
@@ -45,10 +48,10 @@ pub enum ContourError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Surface(#[from] SubdivideError),
-    /// The control mesh has a boundary.
-    #[error("the control mesh is open, and only a closed surface has an inside to contour")]
-    #[diagnostic(help("take --scheme crust or direct"))]
-    Open,
+    /// The inner wall has one distance.
+    #[error("a contoured wall has one thickness all over")]
+    #[diagnostic(help("leave --group away, or take --scheme crust or direct"))]
+    Shares,
     /// The tessellated surface makes no part.
     #[error("the limit surface: {0}")]
     #[diagnostic(help("check the control mesh"))]
@@ -57,6 +60,10 @@ pub enum ContourError {
     #[error("the inner wall: {0}")]
     #[diagnostic(transparent)]
     Offset(#[from] OffsetError),
+    /// The open surface could not be thickened.
+    #[error("the inner wall: {0}")]
+    #[diagnostic(transparent)]
+    Thicken(#[from] ThickenError),
 }
 
 /// A hollow solid whose inner wall was contoured.
@@ -86,11 +93,71 @@ pub fn contour(
     progress: &Progress,
 ) -> Result<ContourSolid, ContourError> {
     check_thickness(cage, settings.thickness)?;
-    if !cage.is_closed() {
-        return Err(ContourError::Open);
+    if cage.has_shares() {
+        return Err(ContourError::Shares);
     }
     progress("surface", 0, 0);
     let (outer, level) = tessellate(cage, settings.level, settings.samples, settings.boundary)?;
+    if outer.edges().census().is_closed() {
+        hollow(outer, level, settings, progress)
+    } else {
+        thickened(&outer, level, settings, progress)
+    }
+}
+
+/// Share of the thickness from which on a triangle belongs to the inner wall.
+const NEARLY: f64 = 0.9;
+
+/// The wall of an open surface.
+fn thickened(
+    outer: &TriMesh,
+    level: u32,
+    settings: &ContourSettings,
+    progress: &Progress,
+) -> Result<ContourSolid, ContourError> {
+    let automatic = thicken::Settings::new(settings.thickness, Side::Inner).fitted(outer);
+    let scale = Scale {
+        auto: Some(automatic.cell),
+        thickness: Some(settings.thickness),
+        diagonal: outer.bounds().diagonal(),
+    };
+    let wall_settings = thicken::Settings {
+        cell: settings.cell.resolve(&scale).map_err(ThickenError::from)?,
+        precision: settings.precision,
+        ..automatic
+    };
+    let solid = thicken(outer, &wall_settings, progress)?;
+    progress("thickness", 0, 0);
+    // Behind the surface, the rims left out.
+    let behind = distances(&solid.mesh, outer);
+    let is_far = |&v: &u32| behind[v as usize] > NEARLY * settings.thickness;
+    let all = solid.mesh.triangles.iter().copied();
+    let wall = TriMesh {
+        positions: solid.mesh.positions.clone(),
+        triangles: all.filter(|t| t.iter().all(is_far)).collect(),
+    };
+    let ahead = distances(&solid.mesh, &wall);
+    let thickness = behind
+        .into_iter()
+        .zip(ahead)
+        .map(|(a, b)| a.max(b))
+        .collect();
+    Ok(ContourSolid {
+        intersections: self_intersections(&solid.mesh),
+        outer: solid.patch_triangles,
+        mesh: solid.mesh,
+        thickness,
+        level,
+    })
+}
+
+/// The wall of a closed surface.
+fn hollow(
+    outer: TriMesh,
+    level: u32,
+    settings: &ContourSettings,
+    progress: &Progress,
+) -> Result<ContourSolid, ContourError> {
     let flags = vec![false; outer.triangles.len()];
     let (part, _) = Part::new(outer, flags, PartOptions::default())?;
     let automatic = offset::Settings::new(&part, -settings.thickness);
@@ -122,6 +189,9 @@ pub fn contour(
 
 /// Distance of each vertex of a mesh to another mesh.
 fn distances(from: &TriMesh, to: &TriMesh) -> Vec<f64> {
+    if to.triangles.is_empty() {
+        return vec![0.0; from.positions.len()];
+    }
     let field = Field::of_mesh(to);
     let far = |p: &glam::DVec3| field.footpoint(*p).distance;
     from.positions.par_iter().map(far).collect()

@@ -51,9 +51,14 @@ pub struct Crust {
 
 impl Crust {
     /// Vectors `thickness` long along the normals: (3.1), which the paper's
-    /// text leaves out. They are subtracted from the surface.
+    /// text leaves out. They are subtracted from the surface. On creases, which
+    /// the paper does not have, they are longer, see [`LimitSurface::mitres`];
+    /// vertices with a thickness of their own have that.
     pub fn offset(surface: &LimitSurface, thickness: f64) -> Crust {
-        let vectors = surface.normals().iter().map(|&n| thickness * n).collect();
+        let cage = surface.mesh().cage();
+        let mitres = surface.mitres().iter().zip(0..);
+        let vectors = mitres.map(|(&m, v)| thickness * cage.share(v) * m);
+        let vectors = vectors.collect();
         Crust { vectors, thickness }
     }
 

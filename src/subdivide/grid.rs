@@ -7,7 +7,9 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
+use super::corner::mitre;
 use super::crust::{Crust, Scheme, weight};
 use super::limit::{LimitSurface, MOST_SAMPLES};
 use super::patch::Scratch;
@@ -25,6 +27,12 @@ pub struct Grid {
     edge_of: Vec<u32>,
     /// Vertices of half-edges' faces.
     corners: Vec<[u32; 4]>,
+    /// Faces that are no holes.
+    drawn: Vec<u32>,
+    /// Edges on the rim of the surface, as half-edges of drawn faces.
+    rims: Vec<u32>,
+    /// Of [`Grid::edges`], those on creases.
+    creases: Vec<u32>,
 }
 
 /// The samples of the outer and the inner surface.
@@ -36,6 +44,47 @@ pub struct Samples {
     pub normals: Vec<DVec3>,
     /// On the surface below.
     pub inner: Vec<DVec3>,
+}
+
+/// A surface and what lies below, as triangles.
+#[derive(Clone, Debug)]
+pub(super) struct Laid {
+    pub samples: Samples,
+    /// Thickness asked for at each sample over that of the whole; none where it
+    /// is one.
+    pub shares: Vec<f64>,
+    /// Of the outer surface.
+    pub triangles: Vec<[u32; 3]>,
+    pub rims: Vec<[u32; 2]>,
+}
+
+impl Laid {
+    /// Leaves out samples that no triangle uses, as those of holes.
+    fn keep_used(&mut self) {
+        let Laid {
+            samples,
+            shares,
+            triangles,
+            rims,
+        } = self;
+        let mut number = vec![u32::MAX; samples.outer.len()];
+        for &v in triangles.as_flattened() {
+            number[v as usize] = 0;
+        }
+        let used = number.iter_mut().filter(|slot| **slot == 0);
+        used.zip(0..).for_each(|(slot, next)| *slot = next);
+        let used = |v: usize| number[v] != u32::MAX;
+        for all in [&mut samples.outer, &mut samples.normals, &mut samples.inner] {
+            let mut slots = 0..;
+            all.retain(|_| slots.next().is_some_and(used));
+        }
+        let mut slots = 0..;
+        shares.retain(|_| slots.next().is_some_and(used));
+        let corners = triangles.as_flattened_mut().iter_mut();
+        for v in corners.chain(rims.as_flattened_mut()) {
+            *v = number[*v as usize];
+        }
+    }
 }
 
 impl Grid {
@@ -54,9 +103,18 @@ impl Grid {
             }
         }
         let faces = surface.face_count();
+        let creased = |&h: &u32| cage.twin(h).is_some() && cage.across(h).is_none();
+        let creases = (0..edges.len() as u32).filter(|&e| creased(&edges[e as usize]));
         let grid = Grid {
             n,
             vertices: cage.positions().len(),
+            drawn: (0..faces as u32)
+                .filter(|&f| !cage.is_hole(f as usize))
+                .collect(),
+            rims: (0..cage.corner_count() as u32)
+                .filter(|&h| cage.is_rim(h))
+                .collect(),
+            creases: creases.collect(),
             edges,
             edge_of,
             corners: (0..faces).map(|f| surface.mesh().corners(f)).collect(),
@@ -116,12 +174,13 @@ impl Grid {
     }
 
     /// Two triangles for every small quadrilateral, in the order of faces,
-    /// then of i, then of j; counter-clockwise from outside.
+    /// then of i, then of j; counter-clockwise from outside. Holes have none.
     pub fn triangles(&self) -> Vec<[u32; 3]> {
         let n = self.n;
-        (0..self.corners.len())
-            .into_par_iter()
-            .flat_map_iter(|face| {
+        self.drawn
+            .par_iter()
+            .flat_map_iter(|&face| {
+                let face = face as usize;
                 (0..n * n).flat_map(move |cell| {
                     let (i, j) = (cell / n, cell % n);
                     let at = |i, j| self.index(face, i, j);
@@ -130,6 +189,55 @@ impl Grid {
                 })
             })
             .collect()
+    }
+
+    /// Face of one of the [`Grid::triangles`], and its small quadrilateral there.
+    pub(super) fn cell_of(&self, triangle: usize) -> (usize, usize) {
+        let each = self.n * self.n;
+        let (face, cell) = (triangle / 2 / each, triangle / 2 % each);
+        (self.drawn[face] as usize, cell)
+    }
+
+    /// Steps along the rim of the surface, which is on their left.
+    pub fn rims(&self) -> Vec<[u32; 2]> {
+        let steps = |&h: &u32| (0..self.n).map(move |t| [self.along(h, t), self.along(h, t + 1)]);
+        self.rims.iter().flat_map(steps).collect()
+    }
+
+    /// Both surfaces as triangles, without samples that none of them uses.
+    pub(super) fn lay(&self, surface: &LimitSurface, crust: &Crust, scheme: Scheme) -> Laid {
+        let mut laid = Laid {
+            samples: self.sample(surface, crust, scheme),
+            shares: self.shares(surface),
+            triangles: self.triangles(),
+            rims: self.rims(),
+        };
+        if self.drawn.len() < self.corners.len() {
+            laid.keep_used();
+        }
+        laid
+    }
+
+    /// Share of the thickness at every sample, blended as the crust is; none where
+    /// it is one.
+    fn shares(&self, surface: &LimitSurface) -> Vec<f64> {
+        let cage = surface.mesh().cage();
+        if !cage.has_shares() {
+            return Vec::new();
+        }
+        let n = self.n;
+        let mut shares = vec![1.0; self.len()];
+        let weights: Vec<f64> = (0..=n).map(|k| weight(k as f64 / n as f64)[0]).collect();
+        for (face, corners) in self.corners.iter().enumerate() {
+            let [a, b, c, d] = corners.map(|v| cage.share(v));
+            for (i, &wu) in weights.iter().enumerate() {
+                let (low, high) = (a + wu * (b - a), d + wu * (c - d));
+                for (j, &wv) in weights.iter().enumerate() {
+                    shares[self.index(face, i, j) as usize] = low + wv * (high - low);
+                }
+            }
+        }
+        shares
     }
 
     /// Both surfaces at all samples.
@@ -222,6 +330,49 @@ impl Grid {
                     row.fill(face, [1..n, 1..n], scratch, at, [outer, normals, inner]);
                 },
             );
+        self.mitre(surface, &row, samples);
+    }
+
+    /// Samples on creases see the other side too.
+    fn mitre(&self, surface: &LimitSurface, row: &Row, samples: &mut Samples) {
+        let n = self.n;
+        let cage = surface.mesh().cage();
+        for &edge in &self.creases {
+            let h = self.edges[edge as usize];
+            let sides =
+                [Some(h), cage.twin(h)].map(|h| h.map(|h| (h, surface.face(h as usize / 4))));
+            for t in 1..n {
+                let along = t as f64 / n as f64;
+                let normals: SmallVec<[DVec3; 2]> = sides
+                    .iter()
+                    .flatten()
+                    .map(|(side, face)| {
+                        let along = if *side == h { along } else { 1.0 - along };
+                        let (u, v) = on_side(side % 4, along);
+                        let cross = face.at(u, v).cross();
+                        surface.unit_normal(*side as usize / 4, u, v, cross)
+                    })
+                    .collect();
+                let step = mitre(&normals);
+                let at = self.vertices + edge as usize * (n - 1) + t - 1;
+                samples.normals[at] = step.normalize_or_zero();
+                if row.scheme == Scheme::Direct {
+                    let ends = [cage.origin(h), cage.end(h)].map(|v| cage.share(v));
+                    let share = ends[0] + row.weights[t] * (ends[1] - ends[0]);
+                    samples.inner[at] = samples.outer[at] - row.thickness * share * step;
+                }
+            }
+        }
+    }
+}
+
+/// Parameters of a place on a side of a face.
+pub(super) fn on_side(side: u32, along: f64) -> (f64, f64) {
+    match side {
+        0 => (along, 0.0),
+        1 => (1.0, along),
+        2 => (1.0 - along, 1.0),
+        _ => (0.0, 1.0 - along),
     }
 }
 
@@ -246,12 +397,16 @@ impl Row<'_> {
         [outer, normals, inner]: [&mut [DVec3]; 3],
     ) {
         let [a, b, c, d] = self.crust.corners(self.surface, face);
+        let cage = self.surface.mesh().cage();
+        let [ta, tb, tc, td] = self.surface.mesh().corners(face).map(|v| cage.share(v));
         let step = 1.0 / self.n as f64;
         self.surface
             .sweep(face, self.n, ranges, scratch, |i, j0, row| {
                 let w = self.weights[i];
                 let low = a + w * (b - a);
                 let rise = d + w * (c - d) - low;
+                let near = ta + w * (tb - ta);
+                let gain = td + w * (tc - td) - near;
                 for (k, &[x, y, z, nx, ny, nz]) in row.iter().enumerate() {
                     let j = j0 + k;
                     let at = slot(i, j);
@@ -262,7 +417,10 @@ impl Row<'_> {
                     normals[at] = normal;
                     inner[at] = p - match self.scheme {
                         Scheme::Crust => low + self.weights[j] * rise,
-                        Scheme::Direct => self.thickness * normal,
+                        Scheme::Direct => {
+                            let share = near + self.weights[j] * gain;
+                            self.thickness * share * normal
+                        }
                     };
                 }
             });

@@ -4,17 +4,21 @@
 //! quarters, each a patch of the mesh refined once more, or, beside an
 //! extraordinary vertex, a [`Ring`]'s patches without end. So a face may have
 //! extraordinary vertices at several corners, and its parameters stay its own.
+//!
+//! An infinitely sharp edge is a boundary to the faces on either side. A finite
+//! sharpness counts for nothing here: it must have decayed, step by step.
 
 use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::cage::CageError;
 use super::corner::Corners;
+use super::error::CageError;
 use super::patch::{Jet, Patch, Scratch};
 use super::refine::{Boundary, Quads, refine};
 use super::ring::Ring;
+use super::sharp::{Sector, Sectors};
 
 /// Steps of each ring that are kept; the deeper ones are taken when asked for.
 /// Samples `1 / 2047` apart need no deeper one.
@@ -32,6 +36,7 @@ pub const MOST_SAMPLES: usize = 1 << KEPT;
 pub struct LimitSurface {
     mesh: Quads,
     boundary: Boundary,
+    sectors: Sectors,
     corners: Corners,
     cells: Vec<Cell>,
     patches: Vec<Patch>,
@@ -68,11 +73,13 @@ impl LimitSurface {
     ///
     /// [`CageError::TooLarge`].
     pub fn new(mesh: Quads, boundary: Boundary) -> Result<LimitSurface, CageError> {
-        let corners = Corners::new(&mesh, boundary);
+        let sectors = Sectors::new(mesh.cage(), boundary);
+        let corners = Corners::new(&mesh, &sectors, boundary);
         let mut surface = LimitSurface {
             cells: vec![Cell::Regular; mesh.cage().face_count()],
             mesh,
             boundary,
+            sectors,
             corners,
             patches: Vec::new(),
             rings: Vec::new(),
@@ -83,27 +90,25 @@ impl LimitSurface {
 
     /// Lays out the faces that have an extraordinary vertex.
     fn split(&mut self) -> Result<(), CageError> {
-        let odd = |v: u32| !self.mesh.is_regular(v, self.boundary);
         let cage = self.mesh.cage();
-        let vertices: Vec<u32> = (0..cage.positions().len() as u32)
-            .filter(|&v| odd(v))
-            .collect();
-        if vertices.is_empty() {
+        let sectors = self.sectors.list.iter().copied();
+        let sectors: Vec<Sector> = sectors.filter(|sector| !sector.is_regular()).collect();
+        if sectors.is_empty() {
             return Ok(());
         }
         let fine = refine(cage, self.boundary)?;
         // Every ring's patches, in parallel; then numbered in order.
-        let rings: Vec<(Origin, Vec<[Patch; 3]>)> = vertices
+        let rings: Vec<(Origin, Vec<[Patch; 3]>)> = sectors
             .par_iter()
-            .map(|&vertex| self.unroll(&fine, vertex))
+            .map(|sector| self.unroll(&fine, sector))
             .collect();
         let mut quarters: Vec<Option<[Quarter; 4]>> = vec![None; self.cells.len()];
         let blank = [Quarter::Regular(u32::MAX); 4];
-        for (&vertex, (origin, patches)) in vertices.iter().zip(rings) {
+        for (sector, (origin, patches)) in sectors.iter().zip(rings) {
             let ring = self.rings.len() as u32;
             self.rings.push(origin);
             let mut steps = patches.into_iter();
-            for (sector, h) in cage.fan(vertex).enumerate() {
+            for (sector, h) in cage.sector(sector.first).enumerate() {
                 let first = self.patches.len() as u32;
                 self.patches.extend(steps.by_ref().take(KEPT).flatten());
                 let face = quarters[cage.face_of(h)].get_or_insert(blank);
@@ -132,11 +137,11 @@ impl LimitSurface {
         Ok(())
     }
 
-    /// Kept steps around a vertex: for each sector, [`KEPT`] times three patches.
-    fn unroll(&self, fine: &Quads, vertex: u32) -> (Origin, Vec<[Patch; 3]>) {
+    /// Kept steps in a sector: for each of its faces, [`KEPT`] times three patches.
+    fn unroll(&self, fine: &Quads, sector: &Sector) -> (Origin, Vec<[Patch; 3]>) {
         let cage = self.mesh.cage();
-        let (mut ring, limit) = Ring::around(fine, vertex);
-        let sectors: Vec<u32> = cage.fan(vertex).collect();
+        let (mut ring, limit) = Ring::around(fine, sector);
+        let sectors: Vec<u32> = cage.sector(sector.first).collect();
         let mut patches: Vec<Vec<[Patch; 3]>> = vec![Vec::with_capacity(KEPT); sectors.len()];
         for step in 1..=KEPT {
             let stepped = ring.step();
@@ -157,6 +162,14 @@ impl LimitSurface {
         &self.mesh
     }
 
+    /// Whether a vertex is regular on all sides of its creases.
+    #[cfg(test)]
+    pub(super) fn is_regular(&self, vertex: u32) -> bool {
+        let cage = self.mesh.cage();
+        let mut sectors = self.sectors.list.iter();
+        sectors.all(|sector| cage.origin(sector.first) != vertex || sector.is_regular())
+    }
+
     /// The boundary rule.
     pub fn boundary(&self) -> Boundary {
         self.boundary
@@ -173,9 +186,21 @@ impl LimitSurface {
     }
 
     /// Unit normals at the control vertices, (2.3); where there is none, the
-    /// average of neighbours, and zero where even those have none.
+    /// average of neighbours, and zero where even those have none. On a crease
+    /// the direction of [`LimitSurface::mitres`].
     pub fn normals(&self) -> &[DVec3] {
         &self.corners.normals
+    }
+
+    /// Unit normal at corner `k` of a face, that of its own side of a crease.
+    pub fn corner_normal(&self, face: usize, k: usize) -> DVec3 {
+        self.corners.sides[self.sectors.of[4 * face + k] as usize]
+    }
+
+    /// Steps from the control vertices' limit points that leave the surface by
+    /// one, on all sides of a crease: elsewhere the normals.
+    pub fn mitres(&self) -> &[DVec3] {
+        &self.corners.mitres
     }
 
     /// Vertices whose normal is an average, ascending.
@@ -286,10 +311,7 @@ impl LimitSurface {
         if length > f64::MIN_POSITIVE.sqrt() {
             return cross / length;
         }
-        let [a, b, c, d] = self
-            .mesh
-            .corners(face)
-            .map(|vertex| self.corners.normals[vertex as usize]);
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| self.corner_normal(face, k));
         a.lerp(b, u).lerp(d.lerp(c, u), v).normalize_or_zero()
     }
 
@@ -394,8 +416,8 @@ fn turned(jet: Jet, corner: usize) -> Jet {
 
 /// The patch of a face without extraordinary vertices.
 ///
-/// Over a boundary, a phantom row mirrors the inner one: then the boundary
-/// curve is the cubic B-spline of the boundary vertices, and a corner that
+/// Over a cut, a phantom row mirrors the inner one: then the cut
+/// is the cubic B-spline of its vertices, and a corner that
 /// both phantom rows meet is where its vertex is.
 fn regular(mesh: &Quads, face: usize) -> Patch {
     let cage = mesh.cage();
@@ -413,15 +435,15 @@ fn regular(mesh: &Quads, face: usize) -> Patch {
         let h = 4 * face as u32 + k as u32;
         let mut put = |(i, j): (usize, usize), vertex: u32| net[i][j] = cage.position(vertex);
         put(corner[k], cage.origin(h));
-        let Some(twin) = cage.twin(h) else {
+        let Some(twin) = cage.across(h) else {
             open[k] = true;
             continue;
         };
         let out = cage.next(twin);
         put(side[k][0], cage.end(out));
         put(side[k][1], cage.end(cage.next(out)));
-        if let Some(over) = cage.twin(out)
-            && cage.twin(4 * face as u32 + (k as u32 + 3) % 4).is_some()
+        if let Some(over) = cage.across(out)
+            && cage.across(4 * face as u32 + (k as u32 + 3) % 4).is_some()
         {
             put(diagonal[k], cage.origin(cage.prev(over)));
         }

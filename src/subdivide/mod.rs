@@ -5,11 +5,12 @@
 //! [`hollow_out`] is the table of contents:
 //!
 //! ```text
-//! cage -> refine -> limit (corner, patch, ring) -> crust -> grid -> solid
-//!                     └──────── fold, closest ────────┘
+//! cage (sharp) -> refine -> limit (corner, dart, patch, ring) -> crust -> grid -> solid
+//!                             └──────────── fold, closest ────────────┘
 //! ```
 //!
-//! * [`Cage`]: the checked control mesh. [`refine()`]: one step (2.1).
+//! * [`Cage`]: the checked control mesh, with [`Tags`]: creases, corners, holes.
+//! * [`refine()`]: one step (2.1).
 //! * [`LimitSurface`]: point and derivatives at any (u, v), corners by (2.2)
 //!   and (2.3).
 //! * [`Crust`]: the offset (3.2), and the interpolating surface (2.5).
@@ -30,12 +31,17 @@ mod closest;
 mod contour;
 mod corner;
 mod crust;
+mod dart;
+mod error;
 mod fold;
 mod grid;
 mod limit;
 mod patch;
 mod refine;
 mod ring;
+mod sharp;
+#[cfg(test)]
+mod sharp_tests;
 mod solid;
 #[cfg(test)]
 mod tests;
@@ -44,14 +50,17 @@ use glam::DVec3;
 use miette::Diagnostic;
 use thiserror::Error;
 
-pub use cage::{Cage, CageError, Polygon};
+pub use cage::{Cage, Polygon};
 pub use contour::{ContourError, ContourSettings, ContourSolid, contour};
 pub use crust::{Crust, Scheme};
+pub use error::CageError;
 pub use fold::{FoldFree, fold_free};
+use grid::Laid;
 pub use grid::{Grid, MOST_POINTS, Samples};
 pub use limit::{Face, LimitSurface, MOST_SAMPLES};
 pub use patch::Jet;
 pub use refine::{Boundary, Quads, refine};
+pub use sharp::{INFINITELY_SHARP, Tags};
 pub use solid::{Hollow, folded};
 
 use crate::mesh::{FaceId, Frame, TriMesh, self_intersections};
@@ -77,7 +86,7 @@ pub enum Level {
 /// What to make.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Wall thickness in units of the control mesh.
+    /// Wall thickness in units of the control mesh; [`Tags::shares`] may vary it.
     pub thickness: f64,
     /// Steps along a side of a face.
     pub samples: usize,
@@ -209,8 +218,8 @@ pub struct HollowSolid {
     pub trial: Trial,
     /// Figures of all levels looked at, the taken one last.
     pub trials: Vec<Trial>,
-    /// Whether polygons forced the first step.
-    pub forced: bool,
+    /// Steps that polygons and semi-sharp edges or vertices ask for.
+    pub forced: u32,
     /// Faces of the control mesh at that level.
     pub faces: usize,
     /// Faces there with several extraordinary vertices.
@@ -237,11 +246,9 @@ impl HollowSolid {
 }
 
 /// A level with its surface.
-struct Laid {
+struct Layer {
     surface: LimitSurface,
-    grid: Grid,
-    samples: Samples,
-    triangles: Vec<[u32; 3]>,
+    laid: Laid,
     thickness: Vec<f64>,
     trial: Trial,
 }
@@ -288,19 +295,25 @@ fn hollow_out_locally(
     settings: &Settings,
     progress: &dyn Fn(&'static str),
 ) -> Result<HollowSolid, SubdivideError> {
-    let forced = !cage.is_quads();
-    let (laid, trials) = match settings.level {
+    let forced = least_level(cage);
+    let (layer, trials) = match settings.level {
         Level::Fixed(level) => {
             fits(cage, level, settings.samples)?;
             let (mesh, level) = refined(cage, level, settings.boundary)?;
-            let laid = lay(mesh, level, settings, progress)?;
-            let trial = laid.trial;
-            (laid, vec![trial])
+            let layer = lay(mesh, level, settings, progress)?;
+            let trial = layer.trial;
+            (layer, vec![trial])
         }
         Level::Tolerance(tolerance) => choose(cage, tolerance, settings, progress)?,
     };
     progress("joining");
-    let hollow = Hollow::new(&laid.surface, &laid.grid, &laid.samples, &laid.triangles);
+    let Layer {
+        surface,
+        laid,
+        thickness,
+        trial,
+    } = layer;
+    let hollow = Hollow::new(&laid);
     let folded = hollow.folded(&laid.samples);
     progress("crossing");
     let intersections = self_intersections(&hollow.mesh);
@@ -309,12 +322,12 @@ fn hollow_out_locally(
         folded,
         intersections,
         crust_length: crust_length(&laid.samples, settings.thickness),
-        faces: laid.surface.face_count(),
-        crowded_faces: laid.surface.crowded_faces(),
-        averaged_normals: laid.surface.averaged().len(),
+        faces: surface.face_count(),
+        crowded_faces: surface.crowded_faces(),
+        averaged_normals: surface.averaged().len(),
         samples: laid.samples,
-        thickness: laid.thickness,
-        trial: laid.trial,
+        thickness,
+        trial,
         trials,
         forced,
     })
@@ -335,8 +348,8 @@ pub fn tessellate(
     boundary: Boundary,
 ) -> Result<(TriMesh, u32), SubdivideError> {
     sheet(cage, level, samples, boundary, |surface, grid| {
-        let none = Crust::offset(surface, 0.0);
-        grid.sample(surface, &none, Scheme::Crust).outer
+        let laid = grid.lay(surface, &Crust::offset(surface, 0.0), Scheme::Crust);
+        (laid.samples.outer, laid.triangles)
     })
 }
 
@@ -353,8 +366,8 @@ pub fn interpolate(
     boundary: Boundary,
 ) -> Result<(TriMesh, u32), SubdivideError> {
     sheet(cage, level, samples, boundary, |surface, grid| {
-        let crust = Crust::interpolating(surface);
-        grid.sample(surface, &crust, Scheme::Crust).inner
+        let laid = grid.lay(surface, &Crust::interpolating(surface), Scheme::Crust);
+        (laid.samples.inner, laid.triangles)
     })
 }
 
@@ -365,16 +378,15 @@ fn sheet(
     level: u32,
     samples: usize,
     boundary: Boundary,
-    lay: impl Fn(&LimitSurface, &Grid) -> Vec<DVec3>,
+    lay: impl Fn(&LimitSurface, &Grid) -> (Vec<DVec3>, Vec<[u32; 3]>),
 ) -> Result<(TriMesh, u32), SubdivideError> {
     fits(cage, level, samples)?;
     let frame = cage.frame();
     let (mesh, level) = refined(&cage.in_frame(frame), level, boundary)?;
     let surface = LimitSurface::new(mesh, boundary)?;
     let grid = grid(&surface, samples)?;
-    let mut positions = lay(&surface, &grid);
+    let (mut positions, triangles) = lay(&surface, &grid);
     frame.leave(&mut positions);
-    let triangles = grid.triangles();
     let mesh = TriMesh {
         positions,
         triangles,
@@ -382,12 +394,23 @@ fn sheet(
     Ok((mesh, level))
 }
 
-/// The mesh after some steps, at least as many as make it quadrilaterals; and
-/// how many those are.
+/// The least steps that make a mesh quadrilaterals whose sharpness is gone or
+/// endless.
+fn least_level(cage: &Cage) -> u32 {
+    cage.steps_to_sharp().max(u32::from(!cage.is_quads()))
+}
+
+/// The mesh after some steps, at least as many as are needed; and how many
+/// those are.
 fn refined(cage: &Cage, level: u32, boundary: Boundary) -> Result<(Quads, u32), SubdivideError> {
+    let cage = match boundary {
+        Boundary::None => cage.without_rim()?,
+        _ => cage.clone(),
+    };
+    let level = level.max(least_level(&cage));
     let (mut mesh, mut done) = match Quads::new(cage.clone()) {
         Some(mesh) => (mesh, 0),
-        None => (refine(cage, boundary)?, 1),
+        None => (refine(&cage, boundary)?, 1),
     };
     while done < level {
         mesh = refine(mesh.cage(), boundary)?;
@@ -421,14 +444,23 @@ const BYTES_PER_POINT: f64 = 1300.0;
 /// Bytes that a face of the subdivided mesh takes besides.
 const BYTES_PER_FACE: f64 = 400.0;
 
-/// Faces after so many steps. A step makes a face of every corner.
+/// Faces after so many steps, or those that are needed. A step makes a face of
+/// every corner.
 fn faces_at(cage: &Cage, level: u32) -> usize {
-    match level {
+    match level.max(least_level(cage)) {
         0 => cage.face_count(),
-        _ => cage
+        level => cage
             .corner_count()
             .saturating_mul(4_usize.saturating_pow(level - 1)),
     }
+}
+
+/// Level of the surface when one is asked for, and steps along a side of a face
+/// there that are about as fine as `samples` at the level asked for.
+pub fn level_and_samples(cage: &Cage, level: u32, samples: usize) -> (u32, usize) {
+    let taken = level.max(least_level(cage));
+    let finer = (taken - level).min(usize::BITS - 1);
+    (taken, (samples >> finer).max(1))
 }
 
 /// About how many bytes a solid of this level and these samples takes, and how
@@ -464,7 +496,7 @@ fn lay(
     level: u32,
     settings: &Settings,
     progress: &dyn Fn(&'static str),
-) -> Result<Laid, SubdivideError> {
+) -> Result<Layer, SubdivideError> {
     progress("surface");
     let surface = LimitSurface::new(mesh, settings.boundary)?;
     if let Some(&vertex) = surface.without_normal().first() {
@@ -473,22 +505,22 @@ fn lay(
     }
     let grid = grid(&surface, settings.samples)?;
     let crust = Crust::offset(&surface, settings.thickness);
-    let samples = grid.sample(&surface, &crust, settings.scheme);
-    let triangles = grid.triangles();
+    let laid = grid.lay(&surface, &crust, settings.scheme);
     progress("measuring");
-    let thickness = closest::thickness(&surface, &grid, &samples, &triangles);
-    let least = thickness.iter().copied().fold(f64::INFINITY, f64::min);
+    let thickness = closest::thickness(&surface, &grid, &laid);
+    let shares = laid.shares.iter().copied().chain(std::iter::repeat(1.0));
+    let short = |(&found, share): (&f64, f64)| settings.thickness * share - found;
+    let epsilon = thickness.iter().zip(shares).map(short);
+    let epsilon = epsilon.fold(f64::NEG_INFINITY, f64::max);
     progress("folds");
     let trial = Trial {
         level,
-        epsilon: settings.thickness - least,
+        epsilon,
         fold_free: fold_free(&surface),
     };
-    Ok(Laid {
+    Ok(Layer {
         surface,
-        grid,
-        samples,
-        triangles,
+        laid,
         thickness,
         trial,
     })
@@ -500,25 +532,25 @@ fn choose(
     tolerance: f64,
     settings: &Settings,
     progress: &dyn Fn(&'static str),
-) -> Result<(Laid, Vec<Trial>), SubdivideError> {
+) -> Result<(Layer, Vec<Trial>), SubdivideError> {
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(SubdivideError::Tolerance(tolerance));
     }
     let mut trials = Vec::new();
     let (mut mesh, mut level) = refined(cage, 0, settings.boundary)?;
     loop {
-        let laid = lay(mesh, level, settings, progress)?;
-        trials.push(laid.trial);
-        let free = laid.trial.fold_free(settings.scheme).thickness;
-        if laid.trial.epsilon <= tolerance && settings.thickness < free {
-            return Ok((laid, trials));
+        let layer = lay(mesh, level, settings, progress)?;
+        trials.push(layer.trial);
+        let free = layer.trial.fold_free(settings.scheme).thickness;
+        if layer.trial.epsilon <= tolerance && settings.thickness < free {
+            return Ok((layer, trials));
         }
         // Folds come earlier with every level, so once they are there and do
         // not recede they stay.
         let before = trials.iter().rev().nth(1);
         let stays = |before: &Trial| before.fold_free(settings.scheme).thickness >= free;
         let hopeless = settings.thickness >= free && before.is_some_and(stays);
-        let finer = 4 * laid.surface.face_count();
+        let finer = 4 * layer.surface.face_count();
         let points = finer.saturating_mul(settings.samples * settings.samples);
         if hopeless || points > MOST_TRIED || level == MOST_LEVELS {
             return Err(SubdivideError::NoLevel {
@@ -528,7 +560,7 @@ fn choose(
                 trials,
             });
         }
-        mesh = refine(laid.surface.mesh().cage(), settings.boundary)?;
+        mesh = refine(layer.surface.mesh().cage(), settings.boundary)?;
         level += 1;
     }
 }

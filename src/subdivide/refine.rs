@@ -3,7 +3,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::cage::{Cage, CageError, NONE};
+use super::cage::{Cage, NONE};
+use super::error::CageError;
+use super::sharp::{Around, Rule, Sharpness, decayed};
 
 /// What becomes of the boundary. Boundary curves are uniform cubic B-splines
 /// of the boundary vertices either way; the paper has closed meshes only.
@@ -14,6 +16,9 @@ pub enum Boundary {
     EdgeAndCorner,
     /// Such a vertex is smoothed like the others.
     EdgeOnly,
+    /// Faces with a vertex on the boundary have no surface, but shape that of
+    /// their neighbours.
+    None,
 }
 
 impl Boundary {
@@ -45,17 +50,6 @@ impl Quads {
     pub fn corners(&self, face: usize) -> [u32; 4] {
         let ring = self.0.face(face);
         [ring[0], ring[1], ring[2], ring[3]]
-    }
-
-    /// Whether the surface around a vertex is that of a regular grid: four
-    /// faces inside, two on the boundary, one at a corner that is held.
-    pub fn is_regular(&self, vertex: u32, boundary: Boundary) -> bool {
-        let degree = self.0.degree(vertex);
-        if self.0.on_boundary(vertex) {
-            degree == 2 || boundary.holds(degree)
-        } else {
-            degree == 4
-        }
     }
 }
 
@@ -101,18 +95,16 @@ pub fn refine(cage: &Cage, boundary: Boundary) -> Result<Quads, CageError> {
     let middle = |h: u32| 0.5 * (cage.position(cage.origin(h)) + cage.position(cage.end(h)));
     let face_point = |h: u32| face_points[cage.face_of(h)];
     let edge_point = |&h: &u32| match cage.twin(h) {
-        Some(twin) => (2.0 * middle(h) + (face_point(h) + face_point(twin))) / 4.0,
+        Some(twin) => {
+            let smooth = (2.0 * middle(h) + (face_point(h) + face_point(twin))) / 4.0;
+            match cage.edge_sharpness(h).min(1.0) {
+                0.0 => smooth,
+                sharp => smooth.lerp(middle(h), sharp),
+            }
+        }
         None => middle(h),
     };
-    let vertex_point = |v: u32| {
-        let p = cage.position(v);
-        if cage.on_boundary(v) {
-            if boundary.holds(cage.degree(v)) {
-                return p;
-            }
-            let [first, last] = boundary_neighbours(cage, v);
-            return 0.75 * p + 0.125 * (first + last);
-        }
+    let smooth = |v: u32| {
         // (2.1) with the means of edge middles and face points: the same
         // weights, and right for polygons too.
         let n = f64::from(cage.degree(v));
@@ -121,7 +113,25 @@ pub fn refine(cage: &Cage, boundary: Boundary) -> Result<Quads, CageError> {
             faces += face_point(h);
             edges += middle(h);
         }
-        (faces / n + 2.0 * (edges / n) + (n - 3.0) * p) / n
+        (faces / n + 2.0 * (edges / n) + (n - 3.0) * cage.position(v)) / n
+    };
+    let place = |v: u32, around: &Around| match around.rule {
+        Rule::Smooth | Rule::Dart => smooth(v),
+        Rule::Crease => 0.75 * cage.position(v) + 0.125 * around.ends,
+        Rule::Corner => cage.position(v),
+    };
+    let fades = cage.steps_to_sharp() > 0;
+    let vertex_point = |v: u32| {
+        let now = cage.around(v, boundary, 0);
+        let point = place(v, &now);
+        if !fades || matches!(now.rule, Rule::Smooth | Rule::Dart) {
+            return point;
+        }
+        let next = cage.around(v, boundary, 1);
+        if next.rule == now.rule {
+            return point;
+        }
+        place(v, &next).lerp(point, cage.fading(v, boundary))
     };
     let mut positions: Vec<DVec3> = (0..vertices).into_par_iter().map(vertex_point).collect();
     positions.par_extend(edges.par_iter().map(edge_point));
@@ -155,18 +165,38 @@ pub fn refine(cage: &Cage, boundary: Boundary) -> Result<Quads, CageError> {
         twins[side(h, 2) as usize] = side(prev, 1);
     }
     let starts = (0..=halves).map(|face| 4 * face).collect();
-    Ok(Quads(Cage::linked(positions, corners, starts, twins)))
-}
 
-/// The two neighbours of a boundary vertex on the boundary, the one at which
-/// its fan starts first.
-pub(super) fn boundary_neighbours(cage: &Cage, vertex: u32) -> [DVec3; 2] {
-    let mut ends = [cage.position(vertex); 2];
-    for (k, h) in cage.fan(vertex).enumerate() {
-        if k == 0 {
-            ends[0] = cage.position(cage.end(h));
+    let old = &cage.sharpness;
+    let mut sharpness = Sharpness::default();
+    if !old.edges.is_empty() {
+        sharpness.edges = vec![0.0; 4 * halves as usize];
+        for h in 0..halves {
+            for (s, old_edge) in [(0, h), (3, cage.prev(h))] {
+                sharpness.edges[side(h, s) as usize] = decayed(old.edges[old_edge as usize]);
+            }
         }
-        ends[1] = cage.position(cage.origin(cage.prev(h)));
     }
-    ends
+    if !old.vertices.is_empty() {
+        sharpness.vertices = old.vertices.iter().map(|&sharp| decayed(sharp)).collect();
+        sharpness.vertices.resize(positions.len(), 0.0);
+    }
+    if !old.holes.is_empty() {
+        let of_corner = |h| cage.is_hole(cage.face_of(h));
+        sharpness.holes = (0..halves).map(of_corner).collect();
+    }
+    if cage.has_shares() {
+        // Linear over edges and faces: a thickness has no shape of its own.
+        let mean = |vertices: &[u32]| {
+            let sum: f64 = vertices.iter().map(|&v| cage.share(v)).sum();
+            sum / vertices.len() as f64
+        };
+        sharpness.shares.clone_from(&old.shares);
+        let of_edges = edges.iter().map(|&h| mean(&[cage.origin(h), cage.end(h)]));
+        sharpness.shares.extend(of_edges);
+        sharpness
+            .shares
+            .extend((0..faces).map(|face| mean(cage.face(face))));
+    }
+    let mesh = Cage::linked(positions, corners, starts, twins, sharpness);
+    Ok(Quads(mesh))
 }

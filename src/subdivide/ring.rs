@@ -16,19 +16,24 @@
 //!
 //! The paper names eigen-decomposition for this. Stepping gives the same
 //! points; it needs no table of eigenvectors for each valence, and serves
-//! boundaries alike. All is relative to the limit point, which each step takes
+//! boundaries, creases, darts and corners alike. All is relative to the limit point, which each step takes
 //! out anew, so that a relative accuracy near that of f64 stays at any depth.
+
+use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::dart::Mask;
 use super::patch::Patch;
 use super::refine::Quads;
+use super::sharp::{Rule, Sector};
 
 /// Points within a distance of the vertex, in steps along the spokes.
 #[derive(Clone, Debug)]
 pub(super) struct Ring {
     sectors: usize,
     closed: bool,
+    centre_rule: Centre,
     /// 2 after extraction, 3 after a step.
     radius: usize,
     centre: DVec3,
@@ -37,15 +42,26 @@ pub(super) struct Ring {
     points: Vec<DVec3>,
 }
 
+/// How the vertex itself moves.
+#[derive(Clone, Debug)]
+enum Centre {
+    Smooth,
+    /// As a smooth one, but to another limit.
+    Dart(Arc<Mask>),
+    Crease,
+    Corner,
+}
+
 /// A place of a ring, for the arithmetic below.
 type At = (usize, usize);
 
 impl Ring {
-    fn empty(sectors: usize, closed: bool, radius: usize) -> Ring {
+    fn empty(sectors: usize, closed: bool, radius: usize, centre_rule: Centre) -> Ring {
         let stored = sectors + usize::from(!closed);
         Ring {
             sectors,
             closed,
+            centre_rule,
             radius,
             centre: DVec3::ZERO,
             points: vec![DVec3::ZERO; stored * radius * (radius + 1)],
@@ -84,20 +100,32 @@ impl Ring {
         }
     }
 
-    /// Whether a spoke lies on the boundary.
+    /// A ring of another radius around the same vertex, without points.
+    fn like(&self, radius: usize) -> Ring {
+        Ring::empty(self.sectors, self.closed, radius, self.centre_rule.clone())
+    }
+
+    /// Whether a spoke lies on a cut.
     fn rim(&self, spoke: usize) -> bool {
         !self.closed && (spoke == 0 || spoke == self.sectors)
     }
 
-    /// The two rings around a vertex of a mesh that was refined once, relative
-    /// to the limit point, which is returned too. The vertex must be one that
-    /// the boundary rule does not hold in place; such a one is regular.
-    pub fn around(mesh: &Quads, vertex: u32) -> (Ring, DVec3) {
-        let cage = mesh.cage();
-        let closed = !cage.on_boundary(vertex);
-        let mut ring = Ring::empty(cage.degree(vertex) as usize, closed, 2);
-        ring.centre = cage.position(vertex);
-        for (sector, h) in cage.fan(vertex).enumerate() {
+    /// The two rings around a vertex in a sector of a mesh, relative to the limit
+    /// point, which is returned too; `fine` is that mesh refined once.
+    pub fn around(fine: &Quads, sector: &Sector) -> (Ring, DVec3) {
+        let cage = fine.cage();
+        let (faces, closed) = (sector.faces as usize, sector.closed);
+        let centre_rule = match sector.rule {
+            Rule::Smooth => Centre::Smooth,
+            Rule::Dart => Centre::Dart(Arc::new(Mask::new(faces))),
+            Rule::Crease => Centre::Crease,
+            Rule::Corner => Centre::Corner,
+        };
+        let mut ring = Ring::empty(faces, closed, 2, centre_rule);
+        // The half-edge of the face at that corner which leaves the vertex.
+        let first = 4 * sector.first + sector.first % 4;
+        ring.centre = cage.position(cage.origin(first));
+        for (sector, h) in cage.sector(first).enumerate() {
             let ends = |h: u32| cage.position(cage.end(h));
             ring.set(sector, (1, 0), ends(h));
             ring.set(sector, (1, 1), ends(cage.next(h)));
@@ -125,19 +153,36 @@ impl Ring {
         (ring, limit)
     }
 
-    /// Limit point (2.2) of the vertex.
+    /// Limit point of the vertex: (2.2), or that of a crease's curve.
     fn limit(&self) -> DVec3 {
-        if !self.closed {
-            let ends = self.get(0, (1, 0)) + self.get(self.sectors, (1, 0));
-            return (4.0 * self.centre + ends) / 6.0;
+        match &self.centre_rule {
+            Centre::Smooth => {
+                let n = self.sectors as f64;
+                let [edges, faces] = self.sums();
+                (n * n * self.centre + 4.0 * edges + faces) / (n * (n + 5.0))
+            }
+            Centre::Dart(mask) => {
+                let edge = |i| self.get(i, (1, 0));
+                mask.weigh(self.centre, edge, |i| self.get(i, (1, 1)))
+            }
+            Centre::Crease => (4.0 * self.centre + self.ends()) / 6.0,
+            Centre::Corner => self.centre,
         }
-        let n = self.sectors as f64;
-        let (mut edges, mut faces) = (DVec3::ZERO, DVec3::ZERO);
+    }
+
+    /// Sums of the edge neighbours and of the face neighbours.
+    fn sums(&self) -> [DVec3; 2] {
+        let mut sums = [DVec3::ZERO; 2];
         for sector in 0..self.sectors {
-            edges += self.get(sector, (1, 0));
-            faces += self.get(sector, (1, 1));
+            sums[0] += self.get(sector, (1, 0));
+            sums[1] += self.get(sector, (1, 1));
         }
-        (n * n * self.centre + 4.0 * edges + faces) / (n * (n + 5.0))
+        sums
+    }
+
+    /// Sum of the neighbours on both cuts.
+    fn ends(&self) -> DVec3 {
+        self.get(0, (1, 0)) + self.get(self.sectors, (1, 0))
     }
 
     fn shift(&mut self, by: DVec3) {
@@ -147,7 +192,7 @@ impl Ring {
 
     /// The ring at half the spacing, three points wide.
     pub fn step(&self) -> Ring {
-        let mut new = Ring::empty(self.sectors, self.closed, 3);
+        let mut new = self.like(3);
         let spokes = self.sectors + usize::from(!self.closed);
         for spoke in 0..spokes {
             self.step_spoke(spoke, &mut new);
@@ -183,19 +228,19 @@ impl Ring {
         new
     }
 
-    /// (2.1) at the vertex itself, or the rule of boundary curves.
+    /// (2.1) at the vertex itself, or the rule of creases.
     fn step_centre(&self) -> DVec3 {
-        if !self.closed {
-            let ends = self.get(0, (1, 0)) + self.get(self.sectors, (1, 0));
-            return 0.75 * self.centre + 0.125 * ends;
+        match self.centre_rule {
+            Centre::Smooth | Centre::Dart(_) => {
+                let n = self.sectors as f64;
+                let [edges, faces] = self.sums();
+                (1.0 - 7.0 / (4.0 * n)) * self.centre
+                    + 1.5 / (n * n) * edges
+                    + 0.25 / (n * n) * faces
+            }
+            Centre::Crease => 0.75 * self.centre + 0.125 * self.ends(),
+            Centre::Corner => self.centre,
         }
-        let n = self.sectors as f64;
-        let (mut edges, mut faces) = (DVec3::ZERO, DVec3::ZERO);
-        for sector in 0..self.sectors {
-            edges += self.get(sector, (1, 0));
-            faces += self.get(sector, (1, 1));
-        }
-        (1.0 - 7.0 / (4.0 * n)) * self.centre + 1.5 / (n * n) * edges + 0.25 / (n * n) * faces
     }
 
     /// New points on a spoke.
@@ -218,7 +263,7 @@ impl Ring {
 
     /// The inner two rings of a stepped ring, for the next step.
     pub fn inner(&self) -> Ring {
-        let mut ring = Ring::empty(self.sectors, self.closed, 2);
+        let mut ring = self.like(2);
         ring.centre = self.centre;
         for sector in 0..self.sectors + usize::from(!self.closed) {
             for a in 1..=2 {

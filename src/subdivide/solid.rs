@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::grid::{Grid, Samples};
-use super::limit::LimitSurface;
+use super::grid::{Laid, Samples};
 use crate::mesh::{FaceId, TriMesh};
 
 /// A hollow solid: outer shell, then inner shell turned over, then the rims.
@@ -16,29 +15,25 @@ pub struct Hollow {
 }
 
 impl Hollow {
-    /// Joins the shells. Where the surface has a boundary, straight lines from
-    /// outer to inner samples close it.
-    pub(super) fn new(
-        surface: &LimitSurface,
-        grid: &Grid,
-        samples: &Samples,
-        outer: &[[u32; 3]],
-    ) -> Hollow {
-        let cage = surface.mesh().cage();
+    /// Joins the shells. Where the surface has a rim, straight lines from outer to
+    /// inner samples close it.
+    pub(super) fn new(laid: &Laid) -> Hollow {
+        let Laid {
+            samples,
+            triangles: outer,
+            rims,
+            ..
+        } = laid;
         let below = samples.outer.len() as u32;
-        let mut triangles = outer.to_vec();
+        let mut triangles = outer.clone();
         triangles.par_extend(
             outer
                 .par_iter()
                 .map(|&[a, b, c]| [c + below, b + below, a + below]),
         );
-        let open = (0..cage.corner_count() as u32).filter(|&h| cage.twin(h).is_none());
-        for h in open {
-            for t in 0..grid.steps() {
-                let (a, b) = (grid.along(h, t), grid.along(h, t + 1));
-                triangles.push([b, a, a + below]);
-                triangles.push([b, a + below, b + below]);
-            }
+        for &[a, b] in rims {
+            triangles.push([b, a, a + below]);
+            triangles.push([b, a + below, b + below]);
         }
         let mut positions = samples.outer.clone();
         positions.extend_from_slice(&samples.inner);

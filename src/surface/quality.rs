@@ -1,9 +1,9 @@
 //! Shape of the triangles.
 
-use glam::DVec3;
 use serde::Serialize;
 
 use super::MidSurface;
+use crate::mesh::smallest_angle;
 
 /// Smallest angles of the triangles, degrees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -37,13 +37,4 @@ impl Quality {
             share_below_5: below as f64 / all.len().max(1) as f64,
         }
     }
-}
-
-/// Smallest angle of a triangle, degrees; 0 without area.
-fn smallest_angle(p: [DVec3; 3]) -> f64 {
-    let angle = |k: usize| {
-        let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
-        u.cross(v).length().atan2(u.dot(v)).to_degrees()
-    };
-    angle(0).min(angle(1)).min(angle(2))
 }

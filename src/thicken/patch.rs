@@ -5,7 +5,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use crate::field::{Feature, Field};
-use crate::mesh::{FaceId, TriMesh};
+use crate::mesh::{FaceId, TriMesh, angle};
 
 use super::ThickenError;
 
@@ -113,8 +113,7 @@ impl Patch {
             let (c, vertices) = (mesh.corners(face), mesh.triangles[face.index()]);
             for i in 0..3 {
                 let (u, v) = (c[(i + 1) % 3] - c[i], c[(i + 2) % 3] - c[i]);
-                let angle = u.cross(v).length().atan2(u.dot(v));
-                vertex_normals[vertices[i] as usize] += angle * normal;
+                vertex_normals[vertices[i] as usize] += angle(u, v) * normal;
             }
         }
         let mut patch = Patch {

@@ -17,7 +17,7 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::field::{Field, Footpoint};
-use crate::mesh::{FaceId, Part};
+use crate::mesh::{FaceId, Part, angle};
 
 /// Largest object angle of a fin: that of a convex edge of 45 degrees. A wall
 /// that narrows to a sharper edge is a tapered wall, and its sheet is wanted.
@@ -458,8 +458,7 @@ fn pieces(triangles: &[[u32; 3]], vertices: usize, is_coping: impl Fn(FaceId) ->
 
 /// Object angle of `x`, degrees: 180 between parallel walls.
 pub fn object_angle(x: DVec3, a: &Footpoint, b: &Footpoint) -> f64 {
-    let (u, v) = (a.point - x, b.point - x);
-    u.cross(v).length().atan2(u.dot(v)).to_degrees()
+    angle(a.point - x, b.point - x).to_degrees()
 }
 
 /// Where an edge is crossed by the shortest way from `a` to `b` over it.

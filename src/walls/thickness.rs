@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::field::{Field, Footpoint};
-use crate::mesh::FaceId;
+use crate::mesh::{FaceId, angle};
 
 /// The largest ball inside the walls that touches `point` of wall `face`
 /// (shrinking ball: Ma, Bae and Choi 2012, with exact triangle distances):
@@ -116,8 +116,8 @@ pub struct ThicknessSample {
 pub fn thickness_at(field: &Field, face: FaceId, point: DVec3) -> Option<f64> {
     let (centre, touch) = maximal_ball(field, face, point)?;
     let (u, v) = (point - centre, touch.point - centre);
-    let angle = u.cross(v).length().atan2(u.dot(v)).to_degrees();
-    (angle > super::MAX_FIN_ANGLE).then(|| point.distance(touch.point))
+    let object_angle = angle(u, v).to_degrees();
+    (object_angle > super::MAX_FIN_ANGLE).then(|| point.distance(touch.point))
 }
 
 impl ThicknessProfile {

@@ -224,11 +224,16 @@ impl Desk {
 
     /// Extraction must end with code 2, say all of `words`, and add no file.
     pub fn refuses(&self, args: &[&str], words: &[&str]) {
-        let before = self.files();
         let mut all = vec!["extract"];
         all.extend(args);
         all.extend(["-o", "mid.obj", "-o", "mid.vtu", "--json", "report.json"]);
-        let output = self.run(&all);
+        self.refuses_command(&all, words);
+    }
+
+    /// A command must end with code 2, say all of `words`, and add no file.
+    pub fn refuses_command(&self, args: &[&str], words: &[&str]) {
+        let before = self.files();
+        let output = self.run(args);
         let stderr = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{args:?}: {stderr}");
         for word in words {

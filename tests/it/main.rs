@@ -25,6 +25,7 @@ mod rethicken;
 mod shell;
 mod snapshots;
 mod subdivide;
+mod surfaces;
 mod tags;
 mod thicken;
 #[cfg(feature = "view")]

@@ -94,13 +94,16 @@ fn the_command_writes_what_it_says() {
     let output = desk.run(&args);
     let stderr = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{stderr}");
-    assert!(stderr.contains("levels       1, 24 faces"), "{stderr}");
+    assert!(
+        stderr.contains("levels       1 (0 forced), 24 faces"),
+        "{stderr}"
+    );
     assert!(stderr.contains("folded       0 triangles"), "{stderr}");
     let report = std::fs::read_to_string(desk.path("report.json")).unwrap();
     let report: Value = serde_json::from_str(&report).unwrap();
     let result = &report["result"];
     assert_eq!(result["levels"], 1);
-    assert_eq!(result["forced_step"], false);
+    assert_eq!(result["forced_steps"], 0);
     // 26 vertices, 48 edges with 5 samples, 24 faces with 25: twice.
     assert_eq!(result["vertices"], 2 * (26 + 48 * 5 + 24 * 25));
     assert_eq!(result["triangles"], 2 * 24 * 36 * 2);
@@ -417,11 +420,200 @@ fn a_contoured_wall_where_the_crust_folds() {
         "subdivide",
         &open,
         "--thickness",
-        "0.1",
+        "0.15",
         "--scheme",
         "contour",
+        "-o",
+        "open.obj",
     ];
     let output = desk.run(&args);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("open"));
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let written = read_mesh(desk.path("open.obj")).unwrap().mesh;
+    assert!(written.edges().census().is_closed() && written.volume() > 0.0);
+}
+
+/// A cube of side 2 with tags after it.
+fn tagged(tags: &str) -> String {
+    std::fs::read_to_string(cage_file("cube")).unwrap() + tags
+}
+
+#[test]
+fn tags_of_the_file_shape_the_solid() {
+    let desk = Desk::new();
+    let sides = [
+        [0, 1],
+        [1, 2],
+        [2, 3],
+        [3, 0],
+        [4, 5],
+        [5, 6],
+        [6, 7],
+        [7, 4],
+        [0, 4],
+        [1, 7],
+        [2, 6],
+        [3, 5],
+    ];
+    let crease = |sharp: f64| -> String {
+        let tag = |[a, b]: &[u32; 2]| format!("t crease 2/1/0 {a} {b} {sharp}\n");
+        sides.iter().map(tag).collect()
+    };
+    let volume = |tags: &str, level: u32| {
+        desk.put("cube.obj", tagged(tags));
+        let args = ["subdivide", "cube.obj", "--thickness", "0.2", "--json", "-"];
+        let output = desk.run(&args);
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{tags}: {}",
+            text(&output.stderr)
+        );
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(
+            report["warnings"].as_array().unwrap().len(),
+            usize::from(level > 1)
+        );
+        assert_eq!(report["result"]["levels"], level);
+        report["result"]["volume"].as_f64().unwrap()
+    };
+    let sharp = volume(&crease(10.0), 1);
+    assert!((sharp - 8.0 + 1.6_f64.powi(3)).abs() < 1e-12, "{sharp}");
+    // The sharper, the nearer to the cube: volumes between the two ends.
+    let [smooth, one, two] = [
+        volume("", 1),
+        volume(&crease(0.5), 1),
+        volume(&crease(1.5), 2),
+    ];
+    assert!(
+        smooth < one && one < two && two < sharp,
+        "{smooth} {one} {two} {sharp}"
+    );
+    // All vertices sharp for ever, without a crease, stay where they are.
+    let corners: String = (0..8).map(|v| format!("t corner 1/1/0 {v} 10\n")).collect();
+    let spiked = volume(&corners, 1);
+    assert!(smooth < spiked && spiked < sharp, "{spiked}");
+    let hole = volume("t hole 1/0/0 0\n", 1);
+    assert!(hole < smooth);
+}
+
+#[test]
+fn bad_tags_are_named_by_line() {
+    for (tag, words) in [
+        (
+            "t crease 2/1/0 0 2 1",
+            "the edge between vertices 0 and 2, which no face has",
+        ),
+        (
+            "t crease 2/1/0 0 1",
+            "the counts promise 3 arguments, and 2 follow",
+        ),
+        ("t crease 3/1/0 0 1 2 1", "two vertices of each edge"),
+        ("t crease 2/1/0 0 -1 1", "\"-1\" is not a vertex index"),
+        ("t crease 2/1/0 0 1 inf", "not a finite number"),
+        ("t corner 1/1/0 8 1", "names vertex 8, which does not exist"),
+        ("t corner 2/3/0 1 2 1 1 1", "one sharpness, or one for each"),
+        ("t hole 1/0/0 6", "names face 6, which does not exist"),
+        ("t interpolateboundary 1/0/0 3", "is 0, 1 or 2"),
+        ("t crease", "a tag needs a name and counts"),
+        ("t crease many 0 1", "no counts as in 2/1/0"),
+    ] {
+        let line = tagged("").lines().count() + 1;
+        refused(
+            &tagged(&format!("{tag}\n")),
+            &[&format!("line {line}"), words],
+        );
+    }
+    refused(
+        &tagged("t hole 6/0/0 0 1 2 3 4 5\n"),
+        &["all faces are holes"],
+    );
+}
+
+#[test]
+fn the_boundary_tag_counts_unless_a_flag_says_otherwise() {
+    let desk = Desk::new();
+    let sheet = std::fs::read_to_string(cage_file("open_sheet")).unwrap();
+    let rule = |tag: &str, flags: &[&str]| {
+        desk.put("sheet.obj", format!("{sheet}{tag}"));
+        let args = [
+            &[
+                "subdivide",
+                "sheet.obj",
+                "--thickness",
+                "0.1",
+                "--json",
+                "-",
+            ],
+            flags,
+        ]
+        .concat();
+        let report: Value = serde_json::from_slice(&desk.run(&args).stdout).unwrap();
+        (
+            report["settings"]["boundary"].clone(),
+            report["result"]["shell_triangles"].as_u64().unwrap(),
+        )
+    };
+    let (name, all) = rule("", &[]);
+    assert_eq!(name, "corner");
+    assert_eq!(rule("t interpolateboundary 1/0/0 2\n", &[]).0, "edge");
+    let (name, inner) = rule("t interpolateboundary 1/0/0 0\n", &[]);
+    assert_eq!(name, "none");
+    assert!(inner < all);
+    let flag = ["--boundary", "corner"];
+    assert_eq!(rule("t interpolateboundary 1/0/0 0\n", &flag).1, all);
+}
+
+#[test]
+fn groups_have_their_own_thickness() {
+    let desk = Desk::new();
+    // Two squares of a plane, each a group.
+    let plane = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\ng left\nf 1 2 5 4\ng right\nf 2 3 6 5\n";
+    desk.put("plane.obj", plane);
+    let thickness = |flags: &[&str]| {
+        let args = [
+            &[
+                "subdivide",
+                "plane.obj",
+                "--thickness",
+                "0.1",
+                "--levels",
+                "0",
+                "--json",
+                "-",
+            ],
+            flags,
+        ]
+        .concat();
+        let output = desk.run(&args);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let of = |name: &str| report["result"]["thickness"][name].as_f64().unwrap();
+        [of("min"), of("mean"), of("max")]
+    };
+    for scheme in ["crust", "direct"] {
+        let [least, mean, most] = thickness(&["--group", "right=0.3", "--scheme", scheme]);
+        assert!(
+            (least - 0.1).abs() < 1e-12 && (most - 0.3).abs() < 1e-12,
+            "{scheme}"
+        );
+        assert!((mean - 0.2).abs() < 1e-12, "{scheme}: {mean}");
+    }
+    let wrong = [
+        "subdivide",
+        "plane.obj",
+        "--thickness",
+        "0.1",
+        "--group",
+        "top=1",
+        "-o",
+        "a.stl",
+    ];
+    desk.refuses_command(&wrong, &["no group named top", "it names left, right"]);
+    let contour = ["--group", "left=0.2", "--scheme", "contour", "-o", "a.stl"];
+    let args = [
+        &["subdivide", "plane.obj", "--thickness", "0.1"],
+        &contour[..],
+    ]
+    .concat();
+    desk.refuses_command(&args, &["one thickness all over"]);
 }

@@ -12,6 +12,7 @@ use midsurf::settings::cell::{CellSize, Scale};
 use midsurf::settings::precision::Precision;
 use serde_json::{Value, json};
 
+use super::thicken::{self, SideArg};
 use crate::cli::shared::bodies::Bodies;
 use crate::cli::shared::console::say;
 use crate::cli::shared::coping::CopingSource;
@@ -190,6 +191,21 @@ impl ClosedPartArgs {
     /// Numbers that the files can hold.
     pub(crate) fn precision(&self) -> Precision {
         self.solid.precision()
+    }
+
+    /// The same files and grid for a surface without thickness.
+    pub(crate) fn surface(self, thickness: f64) -> thicken::Args {
+        thicken::Args {
+            patch: self.part,
+            thickness: Some(thickness),
+            side: SideArg::Inner,
+            cell: self.cell,
+            tolerance: self.tolerance,
+            solid: self.solid,
+            memory: self.memory,
+            run: self.run,
+            verbose: self.verbose,
+        }
     }
 
     fn settings(&self, input: &Input, distance: f64) -> Result<Settings, Failure> {

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::detect::detection_json;
 use super::extract_args::Args;
-use super::missed::missed_tags;
+use super::missed;
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};
 use crate::cli::shared::numbers::figure;
@@ -54,7 +54,7 @@ pub(crate) struct Report {
 impl Report {
     pub(crate) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
         let mut warnings = warnings(result);
-        warnings.extend(missed_tags(input, result));
+        warnings.extend(missed::warnings(input, result));
         Report {
             figures: summary(&result.surface, &result.graph),
             thickness: Thickness::of(&result.surface),

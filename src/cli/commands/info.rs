@@ -4,11 +4,11 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use midsurf::internals::field::Field;
-use midsurf::mesh::{EdgeCensus, PartOptions};
+use midsurf::inspect::{Shape, WallThickness, Walls};
+use midsurf::io::write::{Scalars, stage_scalars};
+use midsurf::mesh::PartOptions;
 use serde::Serialize;
 
-use super::thickness_map::{WallThickness, stage_map};
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
@@ -65,20 +65,8 @@ struct Info {
     sha256: String,
     geometry: String,
     facets: usize,
-    triangles: usize,
-    vertices: usize,
-    coping_triangles: usize,
-    watertight: bool,
-    open_edges: usize,
-    non_manifold_edges: usize,
-    components: usize,
-    euler: i64,
-    volume: f64,
-    area: f64,
-    wall_area: f64,
-    min: [f64; 3],
-    max: [f64; 3],
-    diagonal: f64,
+    #[serde(flatten)]
+    shape: Shape,
     groups: Vec<String>,
     objects: Vec<String>,
     materials: Vec<String>,
@@ -111,8 +99,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         "coping_doubt" | "coping_doubts" => false,
         _ => true,
     });
-    let field = Field::new(&input.part);
-    let thickness = WallThickness::of(&input.part, &field, args.min_wall);
+    let walls = Walls::of(&input.part);
+    let thickness = walls.thickness(args.min_wall);
     if let Some(file) = &args.output {
         let Some(thickness) = &thickness else {
             return Err(Failure::no_result(
@@ -123,7 +111,13 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
                 "check the coping tags with `midsurf tags explain PART TAGS`",
             ));
         };
-        let staged = stage_map(&input.part, &field, thickness, file)?;
+        let map = walls.map();
+        let scalars = Scalars {
+            name: "thickness",
+            values: &map.thickness,
+            range: thickness.range(),
+        };
+        let staged = stage_scalars(&map.mesh, scalars, file).map_err(Failure::output)?;
         staged.commit().map_err(Failure::output)?;
     }
     let info = Info::of(&input, thickness);
@@ -145,30 +139,6 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 
 impl Info {
     fn of(input: &Input, thickness: Option<WallThickness>) -> Info {
-        let part = &input.part;
-        let mesh = part.mesh();
-        let uses = mesh.edges();
-        let EdgeCensus {
-            open,
-            balanced,
-            unbalanced,
-            ..
-        } = uses.census();
-        // A triangle with a repeated corner is no shell of its own.
-        let (labels, _) = uses.components(mesh.triangles.len());
-        let whole = |&[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
-        let labels = labels.into_iter().zip(&mesh.triangles);
-        let mut shells: Vec<u32> = labels.filter(|(_, t)| whole(t)).map(|(l, _)| l).collect();
-        let triangles = shells.len() as i64;
-        shells.sort_unstable();
-        shells.dedup();
-        let edges = uses.by_edge().count() as i64;
-        let bounds = part.bounds();
-        let wall_area = mesh
-            .faces()
-            .filter(|face| !part.coping()[face.index()])
-            .map(|face| mesh.triangle_area(face))
-            .sum();
         let sets = input.names.sets();
         let object = |set: &midsurf::io::NameSet| set.object.clone();
         let material = |set: &midsurf::io::NameSet| set.material.clone();
@@ -177,20 +147,7 @@ impl Info {
             sha256: input.sha256.clone(),
             geometry: input.geometry.clone(),
             facets: input.facets,
-            triangles: part.triangle_count(),
-            vertices: mesh.positions.len(),
-            coping_triangles: part.coping_count(),
-            watertight: part.is_closed(),
-            open_edges: open,
-            non_manifold_edges: balanced + unbalanced,
-            components: shells.len(),
-            euler: mesh.positions.len() as i64 - edges + triangles,
-            volume: part.volume(),
-            area: part.area(),
-            wall_area,
-            min: bounds.min.to_array(),
-            max: bounds.max.to_array(),
-            diagonal: bounds.diagonal(),
+            shape: Shape::of(&input.part),
             groups: unique(sets.iter().flat_map(|set| set.groups.clone())),
             objects: unique(sets.iter().filter_map(object)),
             materials: unique(sets.iter().filter_map(material)),
@@ -200,34 +157,35 @@ impl Info {
     }
 
     fn print(&self, out: &mut impl Write) -> io::Result<()> {
-        let [a, b] = [self.min, self.max];
+        let shape = &self.shape;
+        let [a, b] = [shape.min, shape.max];
         writeln!(out, "part         {}", shown(&self.part))?;
-        write!(out, "triangles    {}", self.triangles)?;
-        if self.facets != self.triangles {
+        write!(out, "triangles    {}", shape.triangles)?;
+        if self.facets != shape.triangles {
             write!(out, " from {} faces", self.facets)?;
         }
-        writeln!(out, ", {} of them coping", self.coping_triangles)?;
-        writeln!(out, "vertices     {}", self.vertices)?;
-        if self.watertight {
+        writeln!(out, ", {} of them coping", shape.coping_triangles)?;
+        writeln!(out, "vertices     {}", shape.vertices)?;
+        if shape.watertight {
             writeln!(out, "watertight   yes")?;
         } else {
-            writeln!(out, "watertight   no, {} open edges", self.open_edges)?;
+            writeln!(out, "watertight   no, {} open edges", shape.open_edges)?;
         }
-        if self.non_manifold_edges > 0 {
+        if shape.non_manifold_edges > 0 {
             writeln!(
                 out,
                 "non-manifold {} edges with more than two triangles",
-                self.non_manifold_edges
+                shape.non_manifold_edges
             )?;
         }
-        writeln!(out, "components   {}", self.components)?;
-        writeln!(out, "euler        {}", self.euler)?;
-        writeln!(out, "volume       {}", figure(self.volume))?;
+        writeln!(out, "components   {}", shape.components)?;
+        writeln!(out, "euler        {}", shape.euler)?;
+        writeln!(out, "volume       {}", figure(shape.volume))?;
         writeln!(
             out,
             "area         {}, of it wall {}",
-            figure(self.area),
-            figure(self.wall_area)
+            figure(shape.area),
+            figure(shape.wall_area)
         )?;
         writeln!(
             out,
@@ -240,7 +198,7 @@ impl Info {
             figure(b[0] - a[0]),
             figure(b[1] - a[1]),
             figure(b[2] - a[2]),
-            figure(self.diagonal)
+            figure(shape.diagonal)
         )?;
         match &self.thickness {
             Some(t) => writeln!(

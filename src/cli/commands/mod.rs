@@ -17,6 +17,5 @@ pub(crate) mod roundtrip;
 pub(crate) mod subdivide;
 pub(crate) mod tags;
 pub(crate) mod thicken;
-mod thickness_map;
 #[cfg(feature = "view")]
 pub(crate) mod view;

@@ -13,6 +13,7 @@ use serde_json::json;
 
 use super::closed_part::work_json;
 use crate::cli::shared::failure::Failure;
+use crate::cli::shared::groups::{Group, check_groups, thickness_of};
 use crate::cli::shared::input::{Warning, load, print_warnings, read_warning};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::positive;
@@ -47,16 +48,16 @@ Exit codes: 0 done, 2 wrong usage or bad input, 4 the solid is thinner than a ce
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// The mid-surface, non-manifold or not: .ply, or .obj with its table of thickness; with --thickness LENGTH any mesh
-    surface: PathBuf,
+    pub(super) surface: PathBuf,
     /// One thickness for all, or a table of thickness or radius (CSV), instead of that in or beside the file
     #[arg(long, value_name = "LENGTH|FILE")]
-    thickness: Option<Thickness>,
+    pub(super) thickness: Option<Thickness>,
     /// Another thickness for a group, object or material of the file; repeat for several
     #[arg(long, value_name = "NAME=LENGTH", requires = "thickness")]
-    group: Vec<Group>,
+    pub(super) group: Vec<Group>,
     /// End round at all free borders
     #[arg(long)]
-    round_borders: bool,
+    pub(super) round_borders: bool,
     /// Cell size: a length, `0.2t` (of the median thickness), `1%` (of the diagonal), or auto (a quarter of the least thickness)
     #[arg(
         long,
@@ -64,21 +65,21 @@ pub(crate) struct Args {
         default_value = "auto",
         allow_negative_numbers = true
     )]
-    cell: CellSize,
+    pub(super) cell: CellSize,
     /// Split chords that stray farther than this from the solid [default: 0.1% of the median thickness]
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
-    tolerance: Option<f64>,
+    pub(super) tolerance: Option<f64>,
     #[command(flatten)]
-    solid: SolidArgs,
+    pub(super) solid: SolidArgs,
     #[command(flatten)]
-    memory: MemoryArgs,
+    pub(super) memory: MemoryArgs,
     #[command(flatten)]
-    run: RunArgs,
+    pub(super) run: RunArgs,
 }
 
 /// `--thickness`.
 #[derive(Clone)]
-enum Thickness {
+pub(super) enum Thickness {
     Length(f64),
     Table(PathBuf),
 }
@@ -94,23 +95,6 @@ impl FromStr for Thickness {
     }
 }
 
-/// `--group`.
-#[derive(Clone)]
-struct Group {
-    name: String,
-    thickness: f64,
-}
-
-impl FromStr for Group {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Group, String> {
-        let (name, thickness) = text.rsplit_once('=').ok_or("expected NAME=LENGTH")?;
-        let (name, thickness) = (name.to_owned(), positive(thickness)?);
-        Ok(Group { name, thickness })
-    }
-}
-
 /// What is thickened, and what is known of its file.
 struct Source {
     surface: BallSurface,
@@ -123,6 +107,12 @@ struct Source {
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    run_as("rethicken", args)
+}
+
+/// The work of this command under the name of another that means the same
+/// solid.
+pub(super) fn run_as(command: &str, args: Args) -> Result<ExitCode, Failure> {
     let mut inputs = vec![(args.surface.as_path(), "mid-surface")];
     let beside = thickness_file(&args.surface);
     match &args.thickness {
@@ -151,7 +141,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mesh = &result.mesh;
     let staged = args.solid.stage(mesh, None)?;
     let report = Envelope {
-        command: "rethicken",
+        command,
         input: json!({
             "surface": named(&args.surface),
             "sha256": source.sha256,
@@ -233,33 +223,9 @@ impl Args {
     /// Any mesh with a thickness by group.
     fn shell(&self, length: f64) -> Result<Source, Failure> {
         let (loaded, warnings) = load(&self.surface)?;
-        let sets = loaded.names.sets();
-        let named = |group: &Group| sets.iter().any(|set| set.all().any(|n| n == group.name));
-        if let Some(group) = self.group.iter().find(|group| !named(group)) {
-            let mut known: Vec<&str> = sets.iter().flat_map(|set| set.all()).collect();
-            known.sort_unstable();
-            known.dedup();
-            return Err(Failure::usage(
-                format!(
-                    "{} has no group named {}",
-                    self.surface.display(),
-                    group.name
-                ),
-                match &known[..] {
-                    [] => "the file names no groups; leave --group away".to_owned(),
-                    known => format!("it names {}", known.join(", ")),
-                },
-            ));
-        }
-        // The last one that names a facet counts.
-        let thickness: Vec<f64> = (loaded.mesh.faces())
-            .map(|face| {
-                let names = loaded.names_of(face);
-                let mut groups = self.group.iter().rev();
-                let own = groups.find(|group| names.all().any(|n| n == group.name));
-                own.map_or(length, |group| group.thickness)
-            })
-            .collect();
+        check_groups(&self.group, &loaded.names, &self.surface)?;
+        let of = |face| thickness_of(&self.group, loaded.names_of(face), length);
+        let thickness: Vec<f64> = loaded.mesh.faces().map(of).collect();
         let surface = BallSurface::of_shell(&loaded.mesh, &thickness)
             .map_err(|error| failure(&error, &self.surface))?;
         Ok(Source {

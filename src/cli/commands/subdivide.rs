@@ -6,18 +6,19 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::io::write::Shade;
-use midsurf::io::{ControlMesh, Place, read_control};
+use midsurf::io::{BoundaryTag, ControlMesh, Place, TagKind, read_control};
 use midsurf::offset::OffsetError;
 use midsurf::settings::cell::CellSize;
 use midsurf::subdivide::{
-    Boundary, Cage, ContourError, ContourSettings, FoldFree, HollowSolid, Level, MOST_LEVELS,
-    MOST_SAMPLES, Scheme, Settings, SubdivideError, Trial, contour, hollow_out, interpolate,
-    memory,
+    Boundary, Cage, CageError, ContourError, ContourSettings, FoldFree, HollowSolid, Level,
+    MOST_LEVELS, MOST_SAMPLES, Scheme, Settings, SubdivideError, Tags, Trial, contour, hollow_out,
+    interpolate, level_and_samples, memory,
 };
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
+use crate::cli::shared::groups::{Group, check_groups, thickness_of};
 use crate::cli::shared::input::{Warning, print_warnings, read_warning};
 use crate::cli::shared::memory::{MemoryArgs, check_input};
 use crate::cli::shared::numbers::{figure, positive};
@@ -60,9 +61,12 @@ pub(crate) struct Args {
     /// Wall thickness
     #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true, required_unless_present = "interpolate")]
     thickness: Option<f64>,
-    /// Steps along each side of a face
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=MOST_SAMPLES as i64))]
-    samples: u16,
+    /// Another thickness for the faces of a group, object or material; repeat for several
+    #[arg(long, value_name = "NAME=LENGTH", requires = "thickness")]
+    group: Vec<Group>,
+    /// Steps along each side of a face [default: 8, fewer where semi-sharp tags ask for more levels]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_SAMPLES as i64))]
+    samples: Option<u16>,
     /// Subdivision steps before the inner surface is laid, all counted [default: 1]
     #[arg(long, value_name = "N", conflicts_with = "tolerance", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_LEVELS)))]
     levels: Option<u32>,
@@ -80,9 +84,9 @@ pub(crate) struct Args {
         allow_negative_numbers = true
     )]
     cell: CellSize,
-    /// What becomes of boundary vertices of a single face: held, or smoothed
-    #[arg(long, value_enum, default_value_t = BoundaryName::Corner)]
-    boundary: BoundaryName,
+    /// What becomes of the boundary [default: what the file's interpolateboundary tag says, else corner]
+    #[arg(long, value_enum)]
+    boundary: Option<BoundaryName>,
     /// Instead of a solid, the surface that passes through the control vertices
     #[arg(long, conflicts_with_all = ["thickness", "tolerance", "scheme"])]
     interpolate: bool,
@@ -109,10 +113,12 @@ enum SchemeName {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum BoundaryName {
-    /// Held in place (edge and corner)
+    /// Curves, and vertices of a single face held in place (edge and corner)
     Corner,
-    /// Smoothed like the others (edge only)
+    /// Curves, smooth at such vertices too (edge only)
     Edge,
+    /// Faces at the boundary have no surface, but shape that of the others
+    None,
 }
 
 impl Args {
@@ -124,11 +130,34 @@ impl Args {
         }
     }
 
-    fn boundary(&self) -> Boundary {
-        match self.boundary {
-            BoundaryName::Corner => Boundary::EdgeAndCorner,
-            BoundaryName::Edge => Boundary::EdgeOnly,
+    /// Steps a side where none are asked for: about eight along a side of a face
+    /// at the level asked for.
+    fn samples(&self, cage: &Cage) -> usize {
+        match self.samples {
+            Some(samples) => usize::from(samples),
+            None => level_and_samples(cage, self.levels.unwrap_or(1), 8).1,
         }
+    }
+
+    /// Thickness at each vertex over the common one: the mean of the faces'
+    /// there.
+    fn shares(&self, mesh: &ControlMesh) -> Result<Vec<f64>, Failure> {
+        check_groups(&self.group, &mesh.names, &self.control)?;
+        let (false, Some(common)) = (self.group.is_empty(), self.thickness) else {
+            return Ok(Vec::new());
+        };
+        let mut sums = vec![(0.0, 0.0); mesh.positions.len()];
+        for (face, corners) in (0..).zip(&mesh.faces) {
+            let share = thickness_of(&self.group, mesh.names.of(face), common) / common;
+            for &v in corners {
+                let (sum, count) = &mut sums[v as usize];
+                *sum += share;
+                *count += 1.0;
+            }
+        }
+        // A vertex without faces is refused later.
+        let mean = |(sum, count): (f64, f64)| if count > 0.0 { sum / count } else { 1.0 };
+        Ok(sums.into_iter().map(mean).collect())
     }
 
     fn level(&self) -> Level {
@@ -142,6 +171,7 @@ impl Args {
 /// A control mesh from its file.
 struct Control {
     cage: Cage,
+    boundary: BoundaryName,
     sha256: String,
     warnings: Vec<Warning>,
     /// When reading began, and the seconds it took.
@@ -160,7 +190,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.control.as_path(), "control mesh")];
     args.solid.check_names(&inputs, &args.run)?;
     let progress = args.run.start();
-    let control = read(&args.control)?;
+    let control = read(&args)?;
     check_memory(&args, &control.cage)?;
     if !args.run.quiet {
         progress.aside(|| print_warnings(&control.warnings));
@@ -174,10 +204,10 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let settings = Settings {
         // Clap asks for it unless --interpolate is given.
         thickness: args.thickness.unwrap_or_default(),
-        samples: usize::from(args.samples),
+        samples: args.samples(&control.cage),
         level: args.level(),
         scheme,
-        boundary: args.boundary(),
+        boundary: control.boundary.rule(),
     };
     let stages = RefCell::new(Vec::new());
     let show = |stage| {
@@ -212,7 +242,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 /// Refuses samples that would not fit into memory. A tolerance looks at finer
 /// levels only while those are small.
 fn check_memory(args: &Args, cage: &Cage) -> Result<(), Failure> {
-    let (samples, level) = (usize::from(args.samples), args.levels.unwrap_or(1));
+    let (samples, level) = (args.samples(cage), args.levels.unwrap_or(1));
     let allowed = args.memory.allowed();
     let (needed, fit) = memory(cage, level, samples, allowed);
     if needed <= allowed as f64 {
@@ -240,18 +270,25 @@ fn by_stage(stages: &[(&'static str, Instant)]) -> Value {
 }
 
 /// Reads and checks the control mesh; one that is inside out is turned.
-fn read(file: &Path) -> Result<Control, Failure> {
+fn read(args: &Args) -> Result<Control, Failure> {
+    let file = args.control.as_path();
     let started = Instant::now();
     check_input(file)?;
     let mesh = read_control(file).map_err(Failure::input)?;
-    let cage = Cage::new(mesh.positions.clone(), &mesh.faces).map_err(|error| {
-        let place = match (error.face(), error.vertex()) {
-            (Some(face), _) => mesh.place_of_face(face),
-            (_, Some(vertex)) => mesh.place_of_vertex(vertex),
-            _ => Place::Whole,
-        };
-        Failure::at(place, file, &error)
-    })?;
+    let tags = Tags {
+        creases: mesh.tags.creases.clone(),
+        corners: mesh.tags.corners.clone(),
+        holes: mesh.tags.holes.clone(),
+        shares: args.shares(&mesh)?,
+    };
+    let cage = Cage::new(mesh.positions.clone(), &mesh.faces)
+        .and_then(|cage| cage.tagged(&tags))
+        .map_err(|error| Failure::at(place_of(&error, &mesh), file, &error))?;
+    let boundary = args.boundary.unwrap_or(match mesh.tags.boundary {
+        Some(BoundaryTag::EdgeOnly) => BoundaryName::Edge,
+        Some(BoundaryTag::None) => BoundaryName::None,
+        Some(BoundaryTag::EdgeAndCorner) | None => BoundaryName::Corner,
+    });
     let ControlMesh {
         sha256, warnings, ..
     } = mesh;
@@ -275,11 +312,28 @@ fn read(file: &Path) -> Result<Control, Failure> {
     };
     Ok(Control {
         cage,
+        boundary,
         sha256,
         warnings,
         started,
         read_seconds: started.elapsed().as_secs_f64(),
     })
+}
+
+/// Where the file states what an error names.
+fn place_of(error: &CageError, mesh: &ControlMesh) -> Place {
+    if let Some(face) = error.face() {
+        return mesh.place_of_face(face);
+    }
+    if let Some(vertex) = error.vertex() {
+        return mesh.place_of_vertex(vertex);
+    }
+    match *error {
+        CageError::NoSuchEdge { tag, .. } => mesh.tags.place_of(TagKind::Crease, tag),
+        CageError::NoSuchCorner { tag, .. } => mesh.tags.place_of(TagKind::Corner, tag),
+        CageError::NoSuchHole { tag, .. } => mesh.tags.place_of(TagKind::Hole, tag),
+        _ => Place::Whole,
+    }
 }
 
 fn failed(error: &SubdivideError, file: &Path) -> Failure {
@@ -300,9 +354,9 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
     let settings = ContourSettings {
         // Clap asks for it unless --interpolate is given.
         thickness: args.thickness.unwrap_or_default(),
-        samples: usize::from(args.samples),
+        samples: args.samples(&control.cage),
         level: args.levels.unwrap_or(1),
-        boundary: args.boundary(),
+        boundary: control.boundary.rule(),
         cell: args.cell,
         precision: args.solid.precision(),
     };
@@ -322,7 +376,7 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
             "scheme": "contour",
             "thickness": settings.thickness,
             "samples": settings.samples,
-            "boundary": boundary(args),
+            "boundary": control.boundary.name(),
         }),
         seconds: control.seconds(),
         outputs: args.solid.outputs(),
@@ -364,15 +418,15 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
 /// `--interpolate`: writes the surface through the control vertices.
 fn through(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCode, Failure> {
     progress.show("surface", 0, 0);
-    let samples = usize::from(args.samples);
+    let samples = args.samples(&control.cage);
     let level = args.levels.unwrap_or(0);
-    let (mesh, level) = interpolate(&control.cage, level, samples, args.boundary())
+    let (mesh, level) = interpolate(&control.cage, level, samples, control.boundary.rule())
         .map_err(|error| failed(&error, &args.control))?;
     let staged = args.solid.stage(&mesh, None)?;
     let report = Envelope {
         command: "subdivide",
         input: input(args, control),
-        settings: json!({ "interpolate": true, "samples": samples, "boundary": boundary(args) }),
+        settings: json!({ "interpolate": true, "samples": samples, "boundary": control.boundary.name() }),
         seconds: control.seconds(),
         outputs: args.solid.outputs(),
         warnings: control.warnings.iter().collect(),
@@ -396,10 +450,21 @@ fn through(args: &Args, control: &Control, progress: &Progress) -> Result<ExitCo
     Ok(ExitCode::SUCCESS)
 }
 
-fn boundary(args: &Args) -> &'static str {
-    match args.boundary {
-        BoundaryName::Corner => "corner",
-        BoundaryName::Edge => "edge",
+impl BoundaryName {
+    fn rule(self) -> Boundary {
+        match self {
+            BoundaryName::Corner => Boundary::EdgeAndCorner,
+            BoundaryName::Edge => Boundary::EdgeOnly,
+            BoundaryName::None => Boundary::None,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            BoundaryName::Corner => "corner",
+            BoundaryName::Edge => "edge",
+            BoundaryName::None => "none",
+        }
     }
 }
 
@@ -439,11 +504,12 @@ fn report(
         input: input(args, control),
         settings: json!({
             "thickness": settings.thickness,
+            "groups": args.group.iter().map(|g| json!([g.name, g.thickness])).collect::<Vec<_>>(),
             "samples": settings.samples,
             "levels": args.levels,
             "tolerance": args.tolerance,
             "scheme": settings.scheme.name(),
-            "boundary": boundary(args),
+            "boundary": control.boundary.name(),
         }),
         seconds,
         outputs: args.solid.outputs(),
@@ -452,7 +518,7 @@ fn report(
     .around(json!({
         "result": {
             "levels": solid.trial.level,
-            "forced_step": solid.forced,
+            "forced_steps": solid.forced,
             "faces": solid.faces,
             "crowded_faces": solid.crowded_faces,
             "averaged_normals": solid.averaged_normals,
@@ -533,9 +599,14 @@ fn warnings(solid: &HollowSolid, settings: &Settings) -> Vec<Warning> {
         );
         warn("averaged_normals", message);
     }
-    if let (Level::Fixed(0), true) = (settings.level, solid.forced) {
-        let message = "faces of other than four corners: one subdivision step was forced";
-        warn("forced_step", message.to_owned());
+    if let Level::Fixed(level) = settings.level
+        && level < solid.forced
+    {
+        let message = format!(
+            "faces of other than four corners and semi-sharp tags take {} subdivision steps: the wall is laid at that level",
+            solid.forced
+        );
+        warn("forced_steps", message);
     }
     warnings
 }
@@ -545,11 +616,8 @@ fn summary(solid: &HollowSolid, settings: &Settings, verbose: u8) {
     let trial = &solid.trial;
     let [least, most] = range(&solid.thickness);
     say(format_args!(
-        "levels       {}{}, {} faces, {} of them with several extraordinary vertices",
-        trial.level,
-        if solid.forced { " (one forced)" } else { "" },
-        solid.faces,
-        solid.crowded_faces
+        "levels       {} ({} forced), {} faces, {} of them with several extraordinary vertices",
+        trial.level, solid.forced, solid.faces, solid.crowded_faces
     ));
     say(format_args!(
         "thickness    {} to {}, asked for {}; epsilon {}",

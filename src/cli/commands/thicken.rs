@@ -11,6 +11,7 @@ use midsurf::settings::precision::Precision;
 use midsurf::thicken::{Repair, Settings, Side, ThickenError, Thickened, Way, thicken};
 use serde_json::{Value, json};
 
+use super::rethicken;
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Warning, load, print_warnings};
@@ -24,10 +25,16 @@ const EXAMPLES: &str = "\
 Examples:
   midsurf thicken patch.obj --thickness 2.5 --side inner -o solid.stl
   midsurf thicken patch.ply --thickness 2 --side outer --cell 0.25 -o solid.obj
+  midsurf thicken patch.ply --side both -o solid.stl
 
 The solid has one thickness all over and ends flat at the surface's boundary.
 The surface itself is part of the result, triangle for triangle. A closed
 surface gives a shell.
+
+With --side both half of the thickness lies on either side, so the surface is
+inside; folds come out round. Without --thickness that of every vertex is taken
+then: the property `thickness` or `radius` of a .ply, or NAME.thickness.csv
+beside an .obj.
 
 An .stl holds single precision; .obj and .ply keep the surface's numbers as
 they are.
@@ -40,13 +47,13 @@ Exit codes: 0 done, 1 done but the result is not sound (said on stderr),
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// The surface: an open or closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
-    patch: PathBuf,
+    pub(super) patch: PathBuf,
     /// Thickness of the solid
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    thickness: f64,
+    pub(super) thickness: Option<f64>,
     /// Side of the surface on which the solid lies
     #[arg(long, value_name = "SIDE", value_enum, default_value = "inner")]
-    side: SideArg,
+    pub(super) side: SideArg,
     /// Cell size: a length, `1%` (of the surface's diagonal), or auto (a quarter of the thickness)
     #[arg(
         long,
@@ -54,31 +61,42 @@ pub(crate) struct Args {
         default_value = "auto",
         allow_negative_numbers = true
     )]
-    cell: CellSize,
+    pub(super) cell: CellSize,
     /// Split chords that stray farther than this from the solid [default: 0.2% of the thickness]
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
-    tolerance: Option<f64>,
+    pub(super) tolerance: Option<f64>,
     #[command(flatten)]
-    solid: SolidArgs,
+    pub(super) solid: SolidArgs,
     #[command(flatten)]
-    memory: MemoryArgs,
+    pub(super) memory: MemoryArgs,
     #[command(flatten)]
-    run: RunArgs,
+    pub(super) run: RunArgs,
     /// Print what each stage took
     #[arg(short, long, conflicts_with = "quiet")]
-    verbose: bool,
+    pub(super) verbose: bool,
 }
 
 /// `--side`.
 #[derive(Clone, Copy, ValueEnum)]
-enum SideArg {
+pub(super) enum SideArg {
     /// Against the normals
     Inner,
     /// Along the normals
     Outer,
+    /// Half of the thickness on either side
+    Both,
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    match args.side {
+        SideArg::Inner => one_sided("thicken", &args, Side::Inner),
+        SideArg::Outer => one_sided("thicken", &args, Side::Outer),
+        SideArg::Both => rethicken::run_as("thicken", args.two_sided()?),
+    }
+}
+
+/// The solid on one side, as the work of a command.
+pub(super) fn one_sided(command: &str, args: &Args, side: Side) -> Result<ExitCode, Failure> {
     let inputs = [(args.patch.as_path(), "surface")];
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
@@ -86,7 +104,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let (loaded, mut warnings) = load(&args.patch)?;
     let read_seconds = start.elapsed().as_secs_f64();
 
-    let settings = args.settings(&loaded.mesh)?;
+    let settings = args.settings(&loaded.mesh, side)?;
     if settings.precision == Precision::Single {
         warnings.extend(rounded(&loaded.mesh));
     }
@@ -115,7 +133,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         "total": start.elapsed().as_secs_f64(),
     });
     let report = Envelope {
-        command: "thicken",
+        command,
         input: json!({
             "patch": named(&args.patch),
             "sha256": loaded.sha256,
@@ -163,15 +181,42 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 }
 
 impl Args {
-    fn settings(&self, surface: &TriMesh) -> Result<Settings, Failure> {
-        let side = match self.side {
-            SideArg::Inner => Side::Inner,
-            SideArg::Outer => Side::Outer,
+    /// The solid on both sides, by balls around the surface.
+    fn two_sided(self) -> Result<rethicken::Args, Failure> {
+        let thickness = self.thickness.map(checked).transpose()?;
+        Ok(self.balls(thickness, false))
+    }
+
+    /// All that is within a distance of the surface.
+    pub(super) fn around(self, distance: f64) -> rethicken::Args {
+        self.balls(Some(2.0 * distance), true)
+    }
+
+    fn balls(self, thickness: Option<f64>, round_borders: bool) -> rethicken::Args {
+        rethicken::Args {
+            surface: self.patch,
+            thickness: thickness.map(rethicken::Thickness::Length),
+            group: Vec::new(),
+            round_borders,
+            cell: self.cell,
+            tolerance: self.tolerance,
+            solid: self.solid,
+            memory: self.memory,
+            run: self.run,
+        }
+    }
+
+    fn settings(&self, surface: &TriMesh, side: Side) -> Result<Settings, Failure> {
+        let Some(thickness) = self.thickness else {
+            return Err(Failure::usage(
+                "--side inner and outer take one thickness all over",
+                "give --thickness a length; --side both takes that of every vertex from the file",
+            ));
         };
-        let mut settings = Settings::new(self.thickness, side).fitted(surface);
+        let mut settings = Settings::new(thickness, side).fitted(surface);
         let scale = Scale {
             auto: Some(settings.cell),
-            thickness: Some(self.thickness),
+            thickness: Some(thickness),
             diagonal: surface.bounds().diagonal(),
         };
         settings.cell = self.cell.resolve(&scale).map_err(Failure::input)?;
@@ -193,6 +238,19 @@ impl Args {
             "precision": settings.precision,
             "memory_limit": self.memory.memory_limit,
         })
+    }
+}
+
+/// Refuses what is no thickness.
+fn checked(thickness: f64) -> Result<f64, Failure> {
+    let error = ThickenError::BadThickness(thickness);
+    if thickness > 0.0 && thickness.is_finite() {
+        Ok(thickness)
+    } else {
+        Err(Failure::usage(
+            error.to_string(),
+            "give --thickness a positive length",
+        ))
     }
 }
 

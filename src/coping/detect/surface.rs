@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use crate::field::Field;
-use crate::mesh::{FaceId, TriMesh, weld_exact};
+use crate::mesh::{FaceId, TriMesh, angle, weld_exact};
 
 /// A triangle less high than this times its longest side has no direction of
 /// its own; what is left of single-precision coordinates is noise below it.
@@ -136,10 +136,10 @@ impl Surface {
         for edge in &mut self.edges {
             let [a, b] = edge.faces.map(|face| face as usize);
             let (na, nb) = (self.normals[a], self.normals[b]);
-            let angle = na.cross(nb).length().atan2(na.dot(nb)).to_degrees();
+            let bend = angle(na, nb).to_degrees();
             let way = middle(b) - middle(a);
             let rise = way.dot(na) - way.dot(nb);
-            edge.bend = if rise <= 0.0 { angle } else { -angle };
+            edge.bend = if rise <= 0.0 { bend } else { -bend };
         }
     }
 

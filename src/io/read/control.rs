@@ -6,8 +6,9 @@ use glam::DVec3;
 use sha2::{Digest, Sha256};
 use smallvec::SmallVec;
 
-use super::{MeshFormat, ReadWarning, obj, read_bytes};
+use super::{ControlTags, MeshFormat, ReadWarning, obj, read_bytes};
 use crate::io::error::{Located, Place, Problem, ReadError};
+use crate::io::names::FacetNames;
 use crate::io::text::{self, hex};
 
 /// Polygons of a file, unchecked; see [`crate::subdivide::Cage::new`] for that.
@@ -17,6 +18,10 @@ pub struct ControlMesh {
     pub positions: Vec<DVec3>,
     /// Vertices of each face, in range.
     pub faces: Vec<SmallVec<[u32; 4]>>,
+    /// Creases, corners, holes and boundary rule.
+    pub tags: ControlTags,
+    /// Groups, objects and materials of the faces.
+    pub names: FacetNames,
     /// What was odd but could be read.
     pub warnings: Vec<ReadWarning>,
     /// SHA-256 of the file's bytes, in hexadecimal.
@@ -70,6 +75,8 @@ pub fn read_control_bytes(bytes: &[u8], file: &Path) -> Result<ControlMesh, Read
     Ok(ControlMesh {
         positions: raw.positions,
         faces: raw.faces,
+        tags: raw.tags,
+        names: raw.names,
         warnings: raw.warnings,
         sha256: hex(&Sha256::digest(bytes)),
         vertex_lines: raw.vertex_lines,

@@ -9,6 +9,7 @@ mod inp;
 mod loaded;
 mod msh;
 mod obj;
+mod obj_tags;
 mod off;
 mod ply;
 mod polygon;
@@ -24,6 +25,7 @@ pub(crate) use bytes::read_bytes;
 pub use bytes::{MAX_INPUT, limit_input};
 pub use control::{ControlMesh, read_control, read_control_bytes};
 pub use loaded::{LoadedMesh, PlyValues, ReadWarning};
+pub use obj_tags::{BoundaryTag, ControlTags, TagKind};
 pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_any_surface, read_surface};
 
 use super::error::{Located, Place, Problem, ReadError};

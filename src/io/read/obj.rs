@@ -11,9 +11,10 @@ use smallvec::SmallVec;
 use tobj::LoadOptions;
 
 use super::loaded::{FacetPlaces, RawMesh, ReadWarning};
+use super::obj_tags::{ControlTags, TagSink};
 use super::polygon::{FacetSink, MOST_CORNERS};
 use crate::io::error::{Located, Place, Problem};
-use crate::io::names::NamesBuilder;
+use crate::io::names::{FacetNames, NamesBuilder};
 use crate::io::text::{Lines, decode, excerpt, finite};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
@@ -32,6 +33,8 @@ pub(super) struct Polygons {
     pub(super) faces: Vec<SmallVec<[u32; 4]>>,
     pub(super) vertex_lines: Vec<u64>,
     pub(super) face_lines: Vec<u64>,
+    pub(super) tags: ControlTags,
+    pub(super) names: FacetNames,
     pub(super) warnings: Vec<ReadWarning>,
 }
 
@@ -88,6 +91,8 @@ struct Scan {
     corners: usize,
     /// Largest positive index and its line: later vertices may yet make it good.
     highest: Option<(i64, u64)>,
+    /// `t` lines, read where a control mesh is asked for.
+    tags: Vec<(u64, String)>,
     weights: Notice,
     curves: Notice,
     unknown: Notice,
@@ -127,6 +132,7 @@ impl Scan {
             _ if keyword.starts_with('#') => {}
             "v" => self.vertex(number, rest)?,
             "f" | "fo" => self.facet(number, rest)?,
+            "t" => self.tags.push((number, rest.to_owned())),
             "g" => {
                 let mut groups: Vec<String> = rest.split_whitespace().map(str::to_owned).collect();
                 if groups.is_empty() {
@@ -258,7 +264,13 @@ impl Scan {
 
     fn polygons(mut self) -> Result<Polygons, Located> {
         self.check()?;
-        let warnings = self.warnings();
+        let mut tags = TagSink::default();
+        for (number, rest) in &self.tags {
+            tags.line(*number, rest)?;
+        }
+        let (tags, skipped) = tags.finish();
+        let mut warnings = self.warnings();
+        warnings.extend(skipped);
         // Both streams hold what the pass wrote itself, a line each.
         let numbers = |line: &[u8]| -> Vec<f64> {
             let words = line.split(|&b| b == b' ').skip(1);
@@ -284,6 +296,8 @@ impl Scan {
             faces,
             vertex_lines: std::mem::take(&mut self.vertex_numbers),
             face_lines: std::mem::take(&mut self.facet_lines),
+            tags,
+            names: self.names.finish(),
             warnings,
         })
     }

@@ -1,9 +1,8 @@
-//! Points spread evenly over a mesh, and distances over them.
+//! Points spread evenly over a mesh.
 
 use glam::DVec3;
-use serde::Serialize;
 
-use crate::mesh::{FaceId, TriMesh};
+use super::{FaceId, TriMesh};
 
 /// Steps of the R2 sequence: powers of the inverse of the plastic number.
 const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
@@ -38,34 +37,4 @@ pub(crate) fn spread(mesh: &TriMesh, count: usize) -> Vec<(FaceId, DVec3)> {
             (face, a + u * (b - a) + v * (c - a))
         })
         .collect()
-}
-
-/// Distances from points of one surface to another, part units.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Distances {
-    /// Mean over the area.
-    pub mean: f64,
-    /// 95 of 100 are at most this.
-    pub p95: f64,
-    /// 99 of 100.
-    pub p99: f64,
-    /// Greatest, vertices included.
-    pub max: f64,
-}
-
-impl Distances {
-    /// Of samples by area, ascending.
-    pub(super) fn of(sorted: &[f64], max: f64) -> Distances {
-        let n = sorted.len();
-        let rank = |percent: usize| {
-            let value = sorted.get((n * percent / 100).min(n.max(1) - 1));
-            value.copied().unwrap_or(0.0)
-        };
-        Distances {
-            mean: sorted.iter().sum::<f64>() / n.max(1) as f64,
-            p95: rank(95),
-            p99: rank(99),
-            max,
-        }
-    }
 }

@@ -1,0 +1,107 @@
+//! Surfaces without thickness: offset to one side or both, thickened on both.
+
+use std::f64::consts::PI;
+
+use midsurf::io::read_mesh;
+use midsurf::mesh::self_intersections;
+use serde_json::Value;
+
+use crate::common::{Desk, text};
+
+/// A square of side 10 in the plane z = 0.
+const SQUARE: &str = "v 0 0 0\nv 10 0 0\nv 10 10 0\nv 0 10 0\nf 1 2 3 4\n";
+
+/// Runs a command that must succeed; the volume of what it wrote.
+fn volume(desk: &Desk, args: &[&str]) -> f64 {
+    let output = desk.run(&[args, &["-o", "out.obj", "--json", "report.json"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let report = std::fs::read_to_string(desk.path("report.json")).unwrap();
+    let report: Value = serde_json::from_str(&report).unwrap();
+    assert_eq!(report["tool"]["command"], args[0]);
+    let mesh = read_mesh(desk.path("out.obj")).unwrap().mesh;
+    assert!(mesh.edges().census().is_closed());
+    assert!(self_intersections(&mesh).is_empty());
+    mesh.volume()
+}
+
+#[test]
+fn an_open_surface_has_an_offset_to_each_side_and_to_both() {
+    let desk = Desk::new();
+    desk.put("square.obj", SQUARE);
+    let offset = |side: &str| {
+        let args = ["offset", "square.obj", "--distance", "1", "--open", side];
+        volume(&desk, &[&args[..], &["--cell", "0.25"]].concat())
+    };
+    // Steiner's formula for the ball-shaped neighbourhood of a flat convex set.
+    let around = 2.0 * 100.0 + 0.5 * PI * 40.0 + 4.0 / 3.0 * PI;
+    let both = offset("both");
+    assert!((both / around - 1.0).abs() < 2e-3, "{both} {around}");
+    for side in ["front", "back"] {
+        let one = offset(side);
+        assert!((one / 100.0 - 1.0).abs() < 1e-9, "{side}: {one}");
+        let mesh = read_mesh(desk.path("out.obj")).unwrap().mesh;
+        let middle = mesh.bounds().center().z;
+        assert_eq!(middle > 0.0, side == "front", "{side}");
+    }
+    desk.refuses_command(
+        &[
+            "offset",
+            "square.obj",
+            "--distance=-1",
+            "--open",
+            "both",
+            "-o",
+            "a.stl",
+        ],
+        &["no inside to shrink"],
+    );
+    desk.refuses_command(
+        &["offset", "square.obj", "--distance", "1", "-o", "a.stl"],
+        &["square.obj"],
+    );
+}
+
+#[test]
+fn both_sides_take_half_of_the_thickness_each() {
+    let desk = Desk::new();
+    desk.put("square.obj", SQUARE);
+    let args = [
+        "thicken",
+        "square.obj",
+        "--thickness",
+        "2",
+        "--side",
+        "both",
+    ];
+    let found = volume(&desk, &args);
+    assert!((found / 200.0 - 1.0).abs() < 1e-9, "{found}");
+    let mesh = read_mesh(desk.path("out.obj")).unwrap().mesh;
+    assert!(mesh.bounds().center().z.abs() < 1e-9);
+    let none = ["thicken", "square.obj", "--side", "inner", "-o", "a.stl"];
+    desk.refuses_command(&none, &["one thickness all over", "--side both"]);
+    let bad = [
+        "thicken",
+        "square.obj",
+        "--thickness=-2",
+        "--side",
+        "both",
+        "-o",
+        "a.stl",
+    ];
+    desk.refuses_command(&bad, &["not a positive length"]);
+}
+
+/// A thickness of 1 at one end and 3 at the other, from the file.
+#[test]
+fn a_thickness_at_every_vertex_is_taken_from_the_file() {
+    let desk = Desk::new();
+    let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\nproperty double thickness\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
+    let rest = "0 0 0 1\n10 0 0 3\n10 10 0 3\n0 10 0 1\n3 0 1 2\n3 0 2 3\n";
+    desk.put("wedge.ply", format!("{header}{rest}"));
+    let found = volume(&desk, &["thicken", "wedge.ply", "--side", "both"]);
+    // A wedge of balls: its faces touch them, so they lean, and are as far from
+    // the plane as 1 / cos at the thin end.
+    let slope: f64 = 0.1;
+    let wedge = 200.0 / (1.0 - slope * slope).sqrt();
+    assert!((found / wedge - 1.0).abs() < 5e-3, "{found} {wedge}");
+}
