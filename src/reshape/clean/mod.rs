@@ -11,8 +11,8 @@
 //!   junctions, borders and Euler characteristic. No edge gains triangles.
 //! - Lines stay: a coping border where it was, or within its flat coping face;
 //!   seams and fading borders within [`Settings::drift`], like the sheets.
-//! - No triangle turns over or loses its height, or comes to pass through one
-//!   that shares a corner with it.
+//! - No triangle turns over or loses its height, and beside lines none comes to
+//!   pass through another.
 //! - The same mesh gives the same result, bit for bit.
 //!
 //! # What is not
@@ -83,9 +83,6 @@ pub struct Edits {
 /// No edit makes a triangle flatter than this, least height over longest
 /// edge, unless it was nearly as flat before.
 const FLATTEST: f64 = 1e-5;
-
-/// Cosine up to which triangles of one neighbourhood look one way: 45 degrees.
-const ONE_WAY: f64 = 0.7;
 
 /// Height over longest edge from which on a triangle can pass through another.
 const NO_HEIGHT: f64 = 1e-9;
@@ -408,7 +405,8 @@ impl<'f> Cleaner<'f> {
     }
 
     /// Whether the triangles that an edit makes pass through none of those
-    /// around them, unless the old ones did. Where all look one way none can.
+    /// around them, unless the old ones did. Away from lines sheets are single
+    /// and smooth, and the promised directions are enough.
     fn keeps_clear(&self, old: &[u32], new: &[[u32; 3]]) -> bool {
         let complex = &self.complex;
         let mut ring: SmallVec<[u32; 64]> = (new.iter().flatten())
@@ -421,14 +419,7 @@ impl<'f> Cleaner<'f> {
             .into_iter()
             .filter_map(|t| complex.corners(t))
             .collect();
-        let Some(first) = new.first().map(|&t| self.shape(t).normal) else {
-            return true;
-        };
-        let one_way = |t: &[u32; 3]| {
-            let shape = self.shape(*t);
-            shape.flatness > FLATTEST && shape.normal.dot(first).abs() > ONE_WAY
-        };
-        if ring.iter().chain(new).all(one_way) {
+        if (ring.iter().flatten()).all(|&v| complex.rank(v) == Rank::Inner) {
             return true;
         }
         let clashes = |t: &[u32; 3]| {

@@ -8,8 +8,8 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 use super::{InnerKind, Polygon, VertexKey, Work, polygon};
-use crate::mesh::{FaceId, clash};
-use crate::trace::edge::{self, Crossing};
+use crate::mesh::clash;
+use crate::trace::edge;
 
 /// A polygon on its way to triangles.
 struct Piece {
@@ -74,17 +74,12 @@ impl Work<'_, '_> {
                     .map(|t| t.map(|c| piece.points[c]))
                     .collect(),
             },
-            None => match self.middle(&piece.points) {
-                Some(found) => self.fan_out(piece, found.at, &found.walls),
-                None => self.fan_out(piece, centre(&piece.points), &[]),
-            },
+            None => self.fan_out(piece),
         }
     }
 
-    /// Triangles round a vertex in the middle.
-    fn fan_out(&mut self, piece: &Piece, at: DVec3, walls: &[FaceId]) -> Cut {
-        let number = self.add_inner(at, InnerKind::Middle, SmallVec::from_slice(walls));
-        let middle = VertexKey::Inner(self.key, number);
+    fn fan_out(&mut self, piece: &Piece) -> Cut {
+        let (middle, at) = self.add_middle(&piece.points);
         let n = piece.points.len();
         let around = |k: usize| (k, (k + 1) % n);
         Cut {
@@ -117,10 +112,7 @@ impl Work<'_, '_> {
                         pieces[k].banned.push(diagonal);
                         self.cut(&pieces[k])
                     }
-                    None => match self.middle(&pieces[k].points) {
-                        Some(found) => self.fan_out(&pieces[k], found.at, &found.walls),
-                        None => continue,
-                    },
+                    None => self.fan_out(&pieces[k]),
                 };
                 pieces[k].cut = cut;
                 let left = self::clashes(pieces).len();
@@ -142,18 +134,22 @@ impl Work<'_, '_> {
         }
     }
 
-    /// A point of the mid-surface in the middle of a polygon: across from its
-    /// centre, or else from half-way to a corner.
-    fn middle(&mut self, points: &[DVec3]) -> Option<Crossing> {
-        let centre = centre(points);
-        let far = points.iter().map(|p| p.distance(centre));
-        let reach = 0.5 * far.fold(0.0, f64::max);
+    /// A vertex in the middle of a polygon, on the mid-surface if it is found there.
+    fn add_middle(&mut self, points: &[DVec3]) -> (VertexKey, DVec3) {
+        let centre = points.iter().sum::<DVec3>() / points.len() as f64;
+        let reach = 0.5
+            * points
+                .iter()
+                .map(|p| p.distance(centre))
+                .fold(0.0, f64::max);
         let normal = polygon::normal(points).normalize_or_zero();
-        let tries = std::iter::once(centre).chain(points.iter().map(|p| p.midpoint(centre)));
-        let cage = self.cage;
-        tries
-            .filter_map(|at| edge::crossing_near(self.probe, at, normal, reach))
-            .find(|c| cage.excess(c.at, None) <= 0.0)
+        let found = edge::crossing_near(self.probe, centre, normal, reach);
+        let (at, walls) = match found {
+            Some(c) => (c.at, SmallVec::from_slice(&c.walls)),
+            None => (centre, SmallVec::new()),
+        };
+        let number = self.add_inner(at, InnerKind::Middle, walls);
+        (VertexKey::Inner(self.key, number), at)
     }
 
     /// Faces of the tetrahedron that a vertex lies on, one bit each.
@@ -165,10 +161,6 @@ impl Work<'_, '_> {
         };
         (0..4).map(|f| (on(f) as u8) << f).sum()
     }
-}
-
-fn centre(points: &[DVec3]) -> DVec3 {
-    points.iter().sum::<DVec3>() / points.len() as f64
 }
 
 /// A triangle by its piece and its number there.
