@@ -11,11 +11,10 @@ use crate::check::closed_over::{ClosedOver, closed_over};
 use crate::field::Field;
 use crate::lattice::Lattice;
 use crate::mesh::{Frame, Part};
-use crate::reshape::ElementSettings;
-use crate::reshape::clean;
 use crate::reshape::crease::mark_creases;
 use crate::reshape::project::Projector;
 use crate::reshape::remesh::{self, Meshed, remesh};
+use crate::reshape::{self, ElementSettings, TooManyElements, clean};
 use crate::settings::cell::{BadCell, CellSize, Scale};
 use crate::settings::memory::{MEMORY_LIMIT, TooFine};
 use crate::settings::progress::{Progress, Stop, Stopped};
@@ -59,10 +58,6 @@ impl Default for Settings {
 /// input makes of a flat wall.
 pub const DEFAULT_ANGLE: f64 = 15.0;
 
-/// Least object angle of a fin that is kept with [`Settings::keep_fins`]:
-/// above the facet angle of usual tessellations.
-const KEPT_FIN_ANGLE: f64 = 40.0;
-
 /// Bytes that an active cell takes at the peak, for the memory bound: 8,600 to
 /// 11,300, measured on four parts between a fifth of the thickness and all of it.
 const BYTES_PER_CELL: f64 = 11_000.0;
@@ -85,6 +80,10 @@ pub enum ExtractError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     TooFine(#[from] TooFine),
+    /// The elements would not fit.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    TooManyElements(#[from] TooManyElements),
     /// It was asked to stop; see [`extract_until`].
     #[error("stopped on request")]
     #[diagnostic(help("start again"))]
@@ -186,6 +185,7 @@ pub fn extract_until(
     let meshed = match element_settings(part, &profile, settings)? {
         Some(wanted) => {
             progress("remesh", 0, 0);
+            reshape::fits(traced.plain().area(), wanted.size, settings.memory_limit)?;
             remesh(&traced, &projector, &wanted)
         }
         None => Meshed {
@@ -235,12 +235,7 @@ pub fn extract_until(
 }
 
 pub(crate) fn separation(settings: &Settings) -> Separation {
-    Separation {
-        min_angle: settings.min_angle,
-        keep_fins_from: settings
-            .keep_fins
-            .then_some(KEPT_FIN_ANGLE.max(settings.min_angle)),
-    }
+    Separation::new(settings.min_angle, settings.keep_fins)
 }
 
 fn cell_size(

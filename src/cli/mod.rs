@@ -17,7 +17,7 @@ use miette::MietteHandlerOpts;
 use shared::memory::Bytes;
 
 use commands::{
-    check, completions, extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags,
+    check, completions, extract, hollow, info, mesh, offset, rethicken, roundtrip, subdivide, tags,
     thicken,
 };
 
@@ -55,6 +55,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Extract(extract::Args),
+    Mesh(mesh::Args),
     Check(check::Args),
     Info(info::Args),
     Subdivide(subdivide::Args),
@@ -95,6 +96,7 @@ pub fn run() -> ExitCode {
     limit_input(cli.max_input.0);
     let outcome = match cli.command {
         Command::Extract(args) => extract::run(args),
+        Command::Mesh(args) => mesh::run(args),
         Command::Check(args) => check::run(args),
         Command::Info(args) => info::run(args),
         Command::Subdivide(args) => subdivide::run(args),

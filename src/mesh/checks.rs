@@ -88,11 +88,18 @@ impl Part {
             warnings.push(warning);
             uses = mesh.edges();
         }
-        if uses.census().open > 0
-            && let Some(warning) = close_t_junctions(&mut mesh, &mut coping)
-        {
-            warnings.push(warning);
-            uses = mesh.edges();
+        if uses.census().open > 0 {
+            let stitches = close_t_junctions(&mut mesh);
+            for &whole in &stitches.pieces_of {
+                coping.push(coping[whole as usize]);
+            }
+            if stitches.edges > 0 {
+                warnings.push(PartWarning::Stitched {
+                    edges: stitches.edges,
+                    triangles: stitches.pieces_of.len(),
+                });
+                uses = mesh.edges();
+            }
         }
         if let Some(warning) = make_consistent(&mut mesh, &uses)? {
             warnings.push(warning);

@@ -27,8 +27,10 @@ pub use error::{EdgeReport, PartError, PartWarning};
 pub use frame::Frame;
 pub use intersect::{clash, self_intersections};
 pub use measure::{Bounds, angle, is_thin, smallest_angle};
+pub(crate) use shells::turn_by_nesting;
 pub use shells::{Shell, closed_shells};
 pub use simplify::{Simplified, Simplify, simplify};
+pub(crate) use stitch::close_t_junctions;
 pub use unite::{UniteError, cleared, without};
 pub use weld::{Weld, weld_exact, weld_within};
 

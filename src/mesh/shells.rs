@@ -34,7 +34,7 @@ pub struct Shell {
 /// Turns closed shells to what their nesting makes of them. Shells that cut or
 /// touch another one nest in nothing: they keep their side, unless they are inside
 /// out and lie in no other.
-pub(super) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Vec<PartWarning> {
+pub(crate) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Vec<PartWarning> {
     let shells = closed_shells(mesh, uses);
     if shells.len() < 2 {
         return Vec::new();

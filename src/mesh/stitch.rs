@@ -5,7 +5,6 @@ use rustc_hash::FxHashMap;
 
 use super::TriMesh;
 use super::edges::{EdgeKind, EdgeUses, kind};
-use super::error::PartWarning;
 
 /// A vertex this many roundings of its coordinates beside an edge lies on it.
 const ROUNDINGS: f64 = 8.0;
@@ -14,18 +13,26 @@ const ROUNDINGS: f64 = 8.0;
 /// triangle.
 const PASSES: usize = 3;
 
+/// What was split to close T-junctions.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stitches {
+    /// Edges that were split.
+    pub edges: usize,
+    /// Of each triangle added at the end, the one that it is a piece of.
+    pub pieces_of: Vec<u32>,
+}
+
 /// Closes open edges on which vertices of the triangles beyond lie, by splitting
 /// their triangle at these: it moves nothing. The first piece takes the place of
-/// its triangle, the others come last, with its coping flag.
-pub(super) fn close_t_junctions(mesh: &mut TriMesh, coping: &mut Vec<bool>) -> Option<PartWarning> {
-    let before = mesh.triangles.len();
-    let mut edges = 0;
+/// its triangle, the others come last.
+pub(crate) fn close_t_junctions(mesh: &mut TriMesh) -> Stitches {
+    let mut stitches = Stitches::default();
     for _ in 0..PASSES {
         let found = splits(mesh, &mesh.edges());
         if found.is_empty() {
             break;
         }
-        edges += found.len();
+        stitches.edges += found.len();
         for Split {
             face,
             opposite,
@@ -38,15 +45,12 @@ pub(super) fn close_t_junctions(mesh: &mut TriMesh, coping: &mut Vec<bool>) -> O
                     mesh.triangles[face] = triangle;
                 } else {
                     mesh.triangles.push(triangle);
-                    coping.push(coping[face]);
+                    stitches.pieces_of.push(face as u32);
                 }
             }
         }
     }
-    (edges > 0).then(|| PartWarning::Stitched {
-        edges,
-        triangles: mesh.triangles.len() - before,
-    })
+    stitches
 }
 
 /// An open edge and what it is split at.

@@ -4,6 +4,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
+use super::{BorderKind, MidSurface, segments};
 use crate::mesh::{FaceId, TriMesh};
 
 /// What a side of a polygon is.
@@ -53,6 +54,36 @@ pub fn edge(a: u32, b: u32) -> (u32, u32) {
 }
 
 impl MarkedMesh {
+    /// The mesh of a surface, its walls unknown.
+    pub fn of(surface: &MidSurface) -> MarkedMesh {
+        let seams = (surface.seams().iter()).map(|l| (&l.path, l.closed, Line::Seam));
+        let borders = surface.borders().iter().map(|l| {
+            let line = match l.kind {
+                BorderKind::Coping => Line::CopingBorder,
+                BorderKind::Fading => Line::FadingBorder,
+            };
+            (&l.path, l.closed, line)
+        });
+        let creases = (surface.creases().iter()).map(|l| (&l.path, l.closed, Line::Crease));
+        let lines = seams
+            .chain(borders)
+            .chain(creases)
+            .flat_map(|(path, closed, line)| {
+                segments(path, closed).map(move |[a, b]| (edge(a, b), line))
+            });
+        MarkedMesh {
+            lines: lines.collect(),
+            vertices: (surface.vertices().iter())
+                .map(|v| MarkedVertex {
+                    at: v.position,
+                    walls: SmallVec::new(),
+                    coping: None,
+                })
+                .collect(),
+            triangles: surface.triangles().iter().map(|t| t.corners).collect(),
+        }
+    }
+
     /// Drops pairs of triangles on the same three corners. Where a sheet only
     /// just bulges through a face, the pieces in both tetrahedra have all their
     /// corners in that face, lie on each other and enclose nothing.

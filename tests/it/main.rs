@@ -14,6 +14,7 @@ mod fuzz;
 mod harm;
 mod info;
 mod invariance;
+mod mesh;
 mod offset;
 mod openings;
 mod parts;

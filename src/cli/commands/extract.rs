@@ -59,7 +59,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     };
     let (models, model) = args
         .shell
-        .stage(&input, &result.surface, &faces, &args.output)?;
+        .stage(Some(&input), &result.surface, &faces, &args.output)?;
     staged.extend(models);
     let seconds = Seconds {
         read,

@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use midsurf::coping::{Coping, Detection, RuleResult, geometry_checksum, read_tags};
 use midsurf::io::{FacetNames, LoadedMesh, ReadWarning, read_mesh};
 use midsurf::mesh::{FaceId, Part, PartError, PartOptions};
+use midsurf::surface::MidSurface;
 
 use super::console::say;
 use super::coping::{CopingSource, detection_warnings, sliver_words};
 use super::failure::{Failure, place_of};
 use super::memory::check_input;
+use super::numbers::figure;
 pub(crate) use super::warning::Warning;
 use midsurf::io::quote::shown_path;
 
@@ -121,7 +123,32 @@ impl Input {
     }
 }
 
+/// Largest part of a mid-surface's box that may lie outside the part's, in
+/// diagonals of the part, for the two to belong together.
+const SAME_PLACE: f64 = 0.5;
+
 impl Input {
+    /// Refuses a mid-surface that is elsewhere, or of another size: of another
+    /// part or in another unit.
+    pub(crate) fn owns(&self, file: &Path, surface: &MidSurface) -> Result<(), Failure> {
+        let (part, model) = (self.part.bounds(), surface.mesh().bounds());
+        let inside = part.grown(SAME_PLACE * part.diagonal());
+        let apart = !inside.contains(model.min) || !inside.contains(model.max);
+        if apart || model.diagonal() < 0.01 * part.diagonal() {
+            return Err(Failure::usage(
+                format!(
+                    "{}: does not belong to {}: its box is {} by its diagonal, that of the part {}",
+                    shown_path(file),
+                    shown_path(&self.file),
+                    figure(model.diagonal()),
+                    figure(part.diagonal())
+                ),
+                "check that both are of one part, in one unit and one place",
+            ));
+        }
+        Ok(())
+    }
+
     /// First name that the file gives a triangle.
     pub(crate) fn name_of(&self, face: FaceId) -> Option<&str> {
         let facet = *self.source.get(face.index())?;
