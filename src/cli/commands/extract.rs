@@ -30,8 +30,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         ));
     }
     let start = Instant::now();
-    let progress = args.run.start();
-    let input = Input::read(&args.part, &args.coping, args.part_options())?;
+    let progress = args.run.start()?;
+    let reading = (&args.reading, Some(&args.select));
+    let input = Input::read(&args.part, &args.coping, reading, args.allow_open)?;
     let read = start.elapsed().as_secs_f64();
     if !args.run.quiet {
         progress.aside(|| print_warnings(&input.warnings));

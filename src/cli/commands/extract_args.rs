@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use midsurf::extract::{DEFAULT_ANGLE, Settings};
-use midsurf::mesh::PartOptions;
 use midsurf::settings::cell::CellSize;
 use midsurf::shard::ShardOf;
 
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::elements::ElementArgs;
 use crate::cli::shared::memory::MemoryArgs;
-use crate::cli::shared::numbers::{angle, positive};
+use crate::cli::shared::numbers::angle;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::shell::ShellArgs;
 
@@ -47,7 +47,7 @@ Exit codes: 0 done, 1 done but the result has cracks, 2 wrong usage or bad input
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     pub(crate) part: PathBuf,
     /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
     /// find them, or `none`
@@ -85,9 +85,10 @@ pub(crate) struct Args {
     /// Go on when the part has gaps
     #[arg(long)]
     pub(crate) allow_open: bool,
-    /// Merge vertices of the part within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
-    pub(crate) weld: Option<f64>,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
+    #[command(flatten)]
+    pub(crate) select: SelectArgs,
     #[command(flatten)]
     pub(crate) elements: ElementArgs,
     #[command(flatten)]
@@ -105,13 +106,6 @@ pub(crate) struct Args {
 }
 
 impl Args {
-    pub(crate) fn part_options(&self) -> PartOptions {
-        PartOptions {
-            allow_open: self.allow_open,
-            weld: self.weld,
-        }
-    }
-
     pub(crate) fn settings(&self) -> Settings {
         Settings {
             cell: self.cell,

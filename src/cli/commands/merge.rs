@@ -62,7 +62,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
     args.run.check_names(&inputs, files)?;
     let start = Instant::now();
-    let progress = args.run.start();
+    let progress = args.run.start()?;
     let mut shards: Vec<Shard> = Vec::with_capacity(args.shards.len());
     for file in &args.shards {
         check_input(file)?;
@@ -165,8 +165,9 @@ pub(crate) fn run_shard(args: &ExtractArgs, which: ShardOf) -> Result<ExitCode, 
     inputs.extend(args.coping.file().map(|file| (file, "coping tags")));
     args.run.check_names(&inputs, vec![file.clone()])?;
     let start = Instant::now();
-    let progress = args.run.start();
-    let input = Input::read(&args.part, &args.coping, args.part_options())?;
+    let progress = args.run.start()?;
+    let reading = (&args.reading, Some(&args.select));
+    let input = Input::read(&args.part, &args.coping, reading, args.allow_open)?;
     let read = start.elapsed().as_secs_f64();
     if !args.run.quiet {
         progress.aside(|| print_warnings(&input.warnings));
