@@ -96,7 +96,7 @@ fn counts(c: &Counts) -> [u64; 9] {
     let [lost, matched, torn, unsettled] =
         [c.lost, c.matched, c.torn, c.unsettled].map(|n| n as u64);
     [
-        cells, tets, faces, edges, c.queries, lost, matched, unsettled,
+        cells, tets, faces, edges, c.queries, lost, matched, torn, unsettled,
     ]
 }
 
@@ -153,6 +153,7 @@ fn read_content(input: &mut dyn Read) -> io::Result<Shard> {
         queries,
         lost,
         matched,
+        torn,
         unsettled,
     ] = numbers;
     let queries_per_edge = get_f64(input)?;
