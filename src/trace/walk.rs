@@ -370,7 +370,7 @@ impl<'a> Tracer<'a> {
             if known.binary_search(&tet).is_ok() || !seen.insert(tet) {
                 continue;
             }
-            if seen.len() % 64 == 0 {
+            if seen.len().is_multiple_of(64) {
                 stop.heed()?;
             }
             for face in tet.faces() {
@@ -385,7 +385,7 @@ impl<'a> Tracer<'a> {
         out.tets.sort_unstable();
         let mut solved: Vec<(TetKey, TetSurface)> = Vec::with_capacity(out.tets.len());
         for (n, &key) in out.tets.iter().enumerate() {
-            if n % 64 == 0 {
+            if n.is_multiple_of(64) {
                 stop.heed()?;
             }
             for face in key.faces() {
