@@ -10,12 +10,12 @@ mod error;
 mod frame;
 mod intersect;
 mod measure;
-mod orient;
+mod mend;
+pub(crate) mod polygon;
 pub(crate) mod samples;
 pub mod sets;
 mod shells;
 mod simplify;
-mod stitch;
 mod unite;
 mod weld;
 
@@ -27,10 +27,11 @@ pub use error::{EdgeReport, PartError, PartWarning};
 pub use frame::Frame;
 pub use intersect::{clash, self_intersections};
 pub use measure::{Bounds, angle, is_thin, smallest_angle};
+pub(crate) use mend::close_t_junctions;
+pub use mend::{Mended, Repair, mend};
 pub(crate) use shells::turn_by_nesting;
 pub use shells::{Shell, closed_shells};
 pub use simplify::{Simplified, Simplify, simplify};
-pub(crate) use stitch::close_t_junctions;
 pub use unite::{UniteError, cleared, without};
 pub use weld::{Weld, weld_exact, weld_within};
 

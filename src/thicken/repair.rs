@@ -49,7 +49,7 @@ pub(super) fn repair(mesh: &mut TriMesh, holes: f64) -> Vec<Repair> {
     if triangles > 0 {
         repairs.push(Repair::Dropped { triangles });
     }
-    let edges = close_t_junctions(mesh).edges;
+    let edges = close_t_junctions(mesh);
     if edges > 0 {
         repairs.push(Repair::Stitched { edges });
     }

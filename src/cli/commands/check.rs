@@ -7,7 +7,6 @@ use std::time::Instant;
 use midsurf::check::{Check, LEAST_ANGLE, Limits, Measure, Outcome};
 use midsurf::io::read_any_surface;
 use midsurf::io::write::stage_fields;
-use midsurf::mesh::PartOptions;
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
@@ -15,6 +14,7 @@ use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::numbers::{figure, positive};
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
 
@@ -63,6 +63,10 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
+    #[command(flatten)]
     run: RunArgs,
 }
 
@@ -90,8 +94,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     args.run
         .check_names(&inputs, args.output.iter().cloned().collect())?;
     let start = Instant::now();
-    let progress = args.run.start();
-    let input = Input::read(&args.part, &args.coping, PartOptions::default())?;
+    let progress = args.run.start()?;
+    let reading = (&args.reading, Some(&args.select));
+    let input = Input::read(&args.part, &args.coping, reading, false)?;
     let (surface, with_thickness) = read_any_surface(&args.model).map_err(Failure::input)?;
     input.owns(&args.model, &surface)?;
     progress.show("checking", 0, 0);
@@ -122,11 +127,14 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "vertices": surface.vertices().len(),
             "triangles": surface.triangles().len(),
         }),
-        settings: json!({
-            "tolerance": args.tolerance,
-            "near_seams": args.near_seams,
-            "fail_on": args.fail_on.iter().flatten().map(|m| m.name()).collect::<Vec<_>>(),
-        }),
+        settings: args.reading.beside(
+            Some(&args.select),
+            json!({
+                "tolerance": args.tolerance,
+                "near_seams": args.near_seams,
+                "fail_on": args.fail_on.iter().flatten().map(|m| m.name()).collect::<Vec<_>>(),
+            }),
+        ),
         seconds: json!(start.elapsed().as_secs_f64()),
         outputs: args.output.iter().map(PathBuf::as_path).collect(),
         warnings: input.warnings.iter().collect(),

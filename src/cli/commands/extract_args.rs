@@ -8,7 +8,8 @@ use midsurf::settings::cell::CellSize;
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::elements::ElementArgs;
 use crate::cli::shared::memory::MemoryArgs;
-use crate::cli::shared::numbers::{angle, positive};
+use crate::cli::shared::numbers::angle;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::shell::ShellArgs;
 
@@ -44,7 +45,7 @@ Exit codes: 0 done, 1 done but the result has cracks, 2 wrong usage or bad input
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     pub(crate) part: PathBuf,
     /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
     /// find them, or `none`
@@ -79,9 +80,10 @@ pub(crate) struct Args {
     /// Go on when the part has gaps
     #[arg(long)]
     pub(crate) allow_open: bool,
-    /// Merge vertices of the part within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
-    pub(crate) weld: Option<f64>,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
+    #[command(flatten)]
+    pub(crate) select: SelectArgs,
     #[command(flatten)]
     pub(crate) elements: ElementArgs,
     #[command(flatten)]

@@ -67,6 +67,7 @@ impl Report {
             command: "extract",
             input: json!({
                 "part": named(&input.file),
+                "unit": input.unit,
                 "sha256": input.sha256,
                 "geometry": input.geometry,
                 "coping": args.coping,
@@ -79,17 +80,19 @@ impl Report {
                 "max": bounds.max,
                 "coping_rules": input.rules.len(),
             }),
-            settings: json!({
-                "cell": args.cell,
-                "cell_length": work.cell,
-                "angle": args.angle,
-                "keep_fins": args.keep_fins,
-                "elements": args.elements.settings(),
-                "memory_limit": args.memory.memory_limit,
-                "allow_open": args.allow_open,
-                "weld": args.weld,
-                "obj_lines": args.obj_lines,
-            }),
+            settings: args.reading.beside(
+                Some(&args.select),
+                json!({
+                    "cell": args.cell,
+                    "cell_length": work.cell,
+                    "angle": args.angle,
+                    "keep_fins": args.keep_fins,
+                    "elements": args.elements.settings(),
+                    "memory_limit": args.memory.memory_limit,
+                    "allow_open": args.allow_open,
+                    "obj_lines": args.obj_lines,
+                }),
+            ),
             seconds: json!({
                 "read": self.seconds.read,
                 "field": work.field_seconds,
@@ -182,7 +185,7 @@ impl Report {
 fn warnings(result: &Extraction) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let mut warn = |code, message: String| {
-        warnings.push(Warning { code, message });
+        warnings.push(Warning::new(code, message));
     };
     if result.solid.is_some() {
         warn(

@@ -9,7 +9,6 @@ use midsurf::io::write::{
     ShellFormat, Staged, SurfaceOptions, files_for, stage_surface, thickness_file,
 };
 use midsurf::io::{MeshFormat, read_any_surface, read_surface};
-use midsurf::mesh::PartOptions;
 use midsurf::reshape::written::{RemeshError, Remeshed, WrittenSettings, remesh_written};
 use midsurf::shell::Faces;
 use midsurf::surface::MidSurface;
@@ -23,6 +22,7 @@ use crate::cli::shared::figures::{Figures, counted, listed};
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::memory::{MemoryArgs, check_input};
 use crate::cli::shared::numbers::{angle, figure};
+use crate::cli::shared::reading::ReadingArgs;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::shell::ShellArgs;
@@ -79,6 +79,8 @@ pub(crate) struct Args {
     #[command(flatten)]
     elements: ElementArgs,
     #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
     memory: MemoryArgs,
     /// Write seams and borders into OBJ files too, as lines
     #[arg(long)]
@@ -98,7 +100,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         ));
     };
     let start = Instant::now();
-    let progress = args.run.start();
+    let progress = args.run.start()?;
     let input = args.input()?;
     let written = args.read(input.as_ref())?;
     let read = start.elapsed().as_secs_f64();
@@ -196,13 +198,15 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 /// A warning of edges that end without a border.
 fn cracks(result: &Remeshed) -> Option<Warning> {
     let cracks = result.graph.cracks();
-    (!cracks.is_empty()).then(|| Warning {
-        code: "cracks",
-        message: format!(
-            "the mid-surface has {}, at {}: something is missing there; extract it with another --cell",
-            counted(cracks.len(), "crack"),
-            listed(cracks.iter().map(|crack| crack.at)),
-        ),
+    (!cracks.is_empty()).then(|| {
+        Warning::new(
+            "cracks",
+            format!(
+                "the mid-surface has {}, at {}: something is missing there; extract it with another --cell",
+                counted(cracks.len(), "crack"),
+                listed(cracks.iter().map(|crack| crack.at)),
+            ),
+        )
     })
 }
 
@@ -224,7 +228,7 @@ impl Args {
     }
 
     fn input(&self) -> Result<Option<Input>, Failure> {
-        let read = |part| Input::read(part, &self.coping, PartOptions::default());
+        let read = |part| Input::read(part, &self.coping, (&self.reading, None), false);
         self.part.as_deref().map(read).transpose()
     }
 

@@ -15,6 +15,7 @@ mod missed;
 pub(crate) mod offset;
 pub(crate) mod rethicken;
 pub(crate) mod roundtrip;
+pub(crate) mod schema;
 pub(crate) mod subdivide;
 mod subdivide_report;
 pub(crate) mod tags;

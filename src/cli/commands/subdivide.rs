@@ -186,7 +186,7 @@ impl Control {
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let inputs = [(args.control.as_path(), "control mesh")];
     args.solid.check_names(&inputs, &args.run)?;
-    let progress = args.run.start();
+    let progress = args.run.start()?;
     let control = read(&args)?;
     check_memory(&args, &control.cage)?;
     if !args.run.quiet {
@@ -297,13 +297,13 @@ fn read(args: &Args) -> Result<Control, Failure> {
     let faces = cage.face_count();
     let (cage, turned) = cage.outward();
     if turned > 0 {
-        warnings.push(Warning {
-            code: "inside_out",
-            message: format!(
+        warnings.push(Warning::new(
+            "inside_out",
+            format!(
                 "{}: {turned} of {faces} faces belong to shells that were inside out, and were turned",
                 shown_path(file)
             ),
-        });
+        ));
     }
     Ok(Control {
         cage,

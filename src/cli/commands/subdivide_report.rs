@@ -73,7 +73,7 @@ pub(super) fn mean(values: &[f64]) -> f64 {
 pub(super) fn warnings(solid: &HollowSolid, settings: &Settings) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let mut warn = |code, message: String| {
-        warnings.push(Warning { code, message });
+        warnings.push(Warning::new(code, message));
     };
     let free = solid.trial.fold_free(settings.scheme);
     if settings.thickness >= free.thickness {

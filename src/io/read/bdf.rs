@@ -67,7 +67,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
         let nodes = nodes
             .map(|k| card.number(k))
             .collect::<Result<Vec<u64>, Located>>()?;
-        elements.element(shape, &nodes, names, card.line)?;
+        elements.element(shape, &nodes, names, Place::Line(card.line))?;
         if let Shape::Triangle | Shape::Quad = shape {
             for (k, &node) in nodes.iter().take(shape.corners()).enumerate() {
                 let own = match card.field(FIRST_THICKNESS + k) {

@@ -236,8 +236,12 @@ impl File {
                 groups: groups.collect(),
                 object: None,
             });
-            self.nodes
-                .element(element.shape, &element.nodes, names, element.line)?;
+            self.nodes.element(
+                element.shape,
+                &element.nodes,
+                names,
+                Place::Line(element.line),
+            )?;
         }
         self.nodes.finish()
     }
