@@ -1,14 +1,19 @@
 //! Random placements: does a part give the same mid-surface however it lies
 //! in the lattice?
 //!
-//! `cargo run --release --example placements -- [--count N] [--seed S] [--only K] PART.obj ...`
+//! `cargo run --release --example placements -- [--count N] [--seed S] [--only K] PART ...`
 //!
-//! Each part (with its `PART.coping.txt`, if there is one) is shifted, turned
-//! and extracted at a cell of a quarter to four wall thicknesses, `N` times,
-//! and each result is judged from outside: no crack, no vertex outside the
-//! part, no triangles that cut each other, no triangle without area, and the
-//! topology of the part where it lies, at cells of one thickness. Numbers of
-//! bad placements are told, so that `--only` repeats one.
+//! Each part is shifted, turned and extracted at a cell of a quarter to four
+//! wall thicknesses, `N` times, and each result is judged from outside: no
+//! crack, no vertex outside the part, no triangles that cut each other, no
+//! triangle without area, and the right topology, unless the result says that a
+//! feature is too small for the cell. Borders where no wall ends (torn) are told.
+//! Numbers of bad placements are told, so that `--only` repeats one.
+//!
+//! A part is a file with its `PART.coping.txt`, if there is one, and what is
+//! right is its own topology where it lies at cells of one thickness; or one of
+//! the families made here, `torus` (a closed tube) and `wye` (three plates along
+//! one line), for which it is known.
 
 use std::process::ExitCode;
 
@@ -48,6 +53,7 @@ struct Faults {
     outside: usize,
     cut: usize,
     flat: usize,
+    torn: usize,
     other_shape: bool,
 }
 
@@ -81,6 +87,110 @@ impl Random {
 struct Given {
     mesh: TriMesh,
     coping: Vec<bool>,
+    /// What is right, where it is known.
+    want: Option<Shape>,
+}
+
+/// A closed tube: two tori one in the other, each of `ROUND` by `ACROSS` quads.
+fn torus() -> Given {
+    const ROUND: u32 = 64;
+    const ACROSS: u32 = 32;
+    const RADIUS: f64 = 12.0;
+    let turn = |k: u32, n: u32| std::f64::consts::TAU * f64::from(k % n) / f64::from(n);
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for (tube, outwards) in [(4.0, true), (3.0, false)] {
+        let first = positions.len() as u32;
+        for i in 0..ROUND {
+            for j in 0..ACROSS {
+                let (u, v) = (turn(i, ROUND), turn(j, ACROSS));
+                let from_axis = RADIUS + tube * v.cos();
+                positions.push(DVec3::new(
+                    from_axis * u.cos(),
+                    from_axis * u.sin(),
+                    tube * v.sin(),
+                ));
+            }
+        }
+        let at = |i: u32, j: u32| first + (i % ROUND) * ACROSS + j % ACROSS;
+        for (i, j) in (0..ROUND).flat_map(|i| (0..ACROSS).map(move |j| (i, j))) {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            let halves = [[a, b, c], [a, c, d]];
+            triangles.extend(halves.map(|[p, q, r]| if outwards { [p, q, r] } else { [p, r, q] }));
+        }
+    }
+    Given {
+        coping: vec![false; triangles.len()],
+        mesh: TriMesh {
+            positions,
+            triangles,
+        },
+        want: Some(Shape {
+            sheets: 1,
+            seams: 0,
+            junctions: 0,
+            fading: 0,
+            euler: 0,
+        }),
+    }
+}
+
+/// Three plates that meet along a line, a third of a turn apart.
+fn wye() -> Given {
+    const LENGTH: f64 = 14.0;
+    const HEIGHT: f64 = 12.0;
+    let arm = |k: u32| std::f64::consts::TAU * f64::from(k) / 3.0;
+    // Counter-clockwise: an arm's two end corners, then the corner between arms.
+    let mut outline = Vec::new();
+    for k in 0..3 {
+        let (sin, cos) = arm(k).sin_cos();
+        let (along, left) = (DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0));
+        let reflex = 60_f64.to_radians().tan().recip();
+        outline.extend([
+            LENGTH * along - left,
+            LENGTH * along + left,
+            reflex * along + left,
+        ]);
+    }
+    let n = outline.len() as u32;
+    let top = outline.iter().map(|p| *p + HEIGHT * DVec3::Z);
+    let positions: Vec<DVec3> = outline.iter().copied().chain(top).collect();
+    let mut caps = vec![[2, 5, 8]];
+    for k in 0..3 {
+        let [before, a, b, after] = [(3 * k + 8) % 9, 3 * k, 3 * k + 1, 3 * k + 2];
+        caps.extend([[before, a, b], [before, b, after]]);
+    }
+    let (mut triangles, mut coping) = (Vec::new(), Vec::new());
+    for [a, b, c] in caps {
+        triangles.extend([[a, c, b], [a + n, b + n, c + n]]);
+        coping.extend([true; 2]);
+    }
+    for a in 0..n {
+        let b = (a + 1) % n;
+        triangles.extend([[a, b, b + n], [a, b + n, a + n]]);
+        coping.extend([a % 3 == 0; 2]);
+    }
+    Given {
+        mesh: TriMesh {
+            positions,
+            triangles,
+        },
+        coping,
+        want: Some(Shape {
+            sheets: 3,
+            seams: 1,
+            junctions: 0,
+            fading: 0,
+            euler: 1,
+        }),
+    }
+}
+
+fn given(name: &str) -> Given {
+    match name {
+        "torus" => torus(),
+        "wye" => wye(),
+        file => read(file),
+    }
 }
 
 fn read(file: &str) -> Given {
@@ -96,6 +206,7 @@ fn read(file: &str) -> Given {
     Given {
         mesh: loaded.mesh,
         coping,
+        want: None,
     }
 }
 
@@ -144,7 +255,8 @@ fn judge(part: &Part, e: &Extraction, want: &Shape) -> Faults {
             .count(),
         cut: self_intersections(&mesh).len(),
         flat: mesh.faces().filter(|f| flat(&mesh.corners(*f))).count(),
-        other_shape: shape(e) != *want,
+        torn: e.work.counts.torn,
+        other_shape: shape(e) != *want && e.closed_over.is_empty(),
     }
 }
 
@@ -164,15 +276,16 @@ fn main() -> ExitCode {
     }
     let mut all_right = true;
     for file in &files {
-        let given = read(file);
+        let given = given(file);
         let (part, plain) = run(&given, |p| p, CellSize::Auto);
-        let (thickness, want) = (plain.work.cell, shape(&plain));
+        let thickness = plain.work.cell;
+        let want = given.want.unwrap_or_else(|| shape(&plain));
         let faults = judge(&part, &plain, &want);
         println!("{file}: t {thickness:.4}, {want:?}");
         if faults.any() {
             println!("  where it lies: {faults:?}");
         }
-        let (mut right, mut lost, mut matched) = (0, 0, 0);
+        let (mut right, mut torn, mut lost, mut matched) = (0, 0, 0, 0);
         let mut bad = [0; 5];
         for k in 0..count {
             if only.is_some_and(|o| o != k) {
@@ -184,6 +297,7 @@ fn main() -> ExitCode {
             let cell = thickness * CELLS[0] * (CELLS[1] / CELLS[0]).powf(random.unit());
             let (part, result) = run(&given, |p| turn * p + shift, CellSize::Length(cell));
             let faults = judge(&part, &result, &want);
+            torn += usize::from(faults.torn > 0);
             lost += result.work.counts.lost;
             matched += result.work.counts.matched;
             if let Some(name) = &dump {
@@ -202,12 +316,13 @@ fn main() -> ExitCode {
             ];
             (0..5).for_each(|i| bad[i] += found[i] as usize);
             println!(
-                "  {k}: cell {:.3} t, cracks {} outside {} cut {} flat {} {}; lost {} matched {}",
+                "  {k}: cell {:.3} t, cracks {} outside {} cut {} flat {} torn {} {}; lost {} matched {}",
                 cell / thickness,
                 faults.cracks,
                 faults.outside,
                 faults.cut,
                 faults.flat,
+                faults.torn,
                 if faults.other_shape {
                     format!("{:?}", shape(&result))
                 } else {
@@ -220,7 +335,7 @@ fn main() -> ExitCode {
         }
         println!(
             "{file}: right {right} of {count}; cracks {} outside {} cut {} flat {} shape {}; \
-             lost {lost} matched {matched}",
+             torn {torn} lost {lost} matched {matched}",
             bad[0], bad[1], bad[2], bad[3], bad[4]
         );
     }

@@ -235,6 +235,9 @@ def tag_and_save(browser, folder, shot):
 def extract_and_look(browser, shot):
     browser.keys("v0f")
     until(lambda: browser.js("return page.part.facts.thickness"), "the thickness to be measured")
+    browser.pointer((470, 340), press=False)
+    until(lambda: "thickness" in browser.js("return document.getElementById('tip').textContent"), "the wall under the pointer")
+    check(True, "thickness under the pointer before an extraction")
     browser.click("[data-do='extract']")
     until(lambda: browser.js("return !!page.mid && !work.running"), "the mid-surface")
     check(browser.js("return page.mid.facts.sheets.length") == 1, "one sheet")

@@ -4,21 +4,26 @@
 //! return a [`shared::failure::Failure`]; it is printed here, in one place, and
 //! turned into the exit code.
 
+mod allocator;
 mod commands;
 mod shared;
 
 use std::io::{self, IsTerminal};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use midsurf::io::limit_input;
 use midsurf::io::write::abandon;
 use miette::MietteHandlerOpts;
+use shared::config;
 use shared::memory::Bytes;
 
+pub(crate) use allocator::Allocator;
+
 use commands::{
-    check, completions, extract, hollow, info, offset, rethicken, roundtrip, subdivide, tags,
-    thicken,
+    check, completions, extract, hollow, info, merge, mesh, offset, rethicken, roundtrip, schema,
+    subdivide, tags, thicken,
 };
 
 /// Exit code after SIGINT or SIGTERM, or Ctrl-C.
@@ -48,6 +53,9 @@ struct Cli {
         allow_negative_numbers = true
     )]
     max_input: Bytes,
+    /// Take flags from a TOML file whose keys are flags without their dashes
+    #[arg(long, global = true, value_name = "FILE")]
+    config: Option<PathBuf>,
     #[command(subcommand)]
     command: Command,
 }
@@ -55,6 +63,8 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Extract(extract::Args),
+    Merge(merge::Args),
+    Mesh(mesh::Args),
     Check(check::Args),
     Info(info::Args),
     Subdivide(subdivide::Args),
@@ -66,6 +76,7 @@ enum Command {
     Roundtrip(roundtrip::Args),
     Completions(completions::Args),
     Man(completions::ManArgs),
+    Schema(schema::Args),
     #[cfg(feature = "view")]
     View(commands::view::Args),
 }
@@ -84,10 +95,20 @@ pub fn run() -> ExitCode {
     }));
     // Fails only if a handler was set before.
     let _ = ctrlc::set_handler(|| abandon(|| std::process::exit(INTERRUPTED)));
-    let parsed = Cli::command().try_get_matches().and_then(|matches| {
-        let cli = Cli::from_arg_matches(&matches)?;
-        Ok((cli, flags(&matches)))
-    });
+    let arguments = match config::expand(std::env::args_os().collect(), &Cli::command()) {
+        Ok(arguments) => arguments,
+        Err(failure) => {
+            let code = failure.exit_code();
+            failure.print(&["config".to_owned()]);
+            return code;
+        }
+    };
+    let parsed = Cli::command()
+        .try_get_matches_from(arguments)
+        .and_then(|matches| {
+            let cli = Cli::from_arg_matches(&matches)?;
+            Ok((cli, flags(&matches)))
+        });
     let (cli, flags) = match parsed {
         Ok(parsed) => parsed,
         Err(error) => error.exit(),
@@ -95,6 +116,8 @@ pub fn run() -> ExitCode {
     limit_input(cli.max_input.0);
     let outcome = match cli.command {
         Command::Extract(args) => extract::run(args),
+        Command::Merge(args) => merge::run(args),
+        Command::Mesh(args) => mesh::run(args),
         Command::Check(args) => check::run(args),
         Command::Info(args) => info::run(args),
         Command::Subdivide(args) => subdivide::run(args),
@@ -105,6 +128,7 @@ pub fn run() -> ExitCode {
         Command::Rethicken(args) => rethicken::run(args),
         Command::Roundtrip(args) => roundtrip::run(args),
         Command::Completions(args) => completions::run(&args, Cli::command()),
+        Command::Schema(args) => schema::run(&args),
         Command::Man(args) => completions::man(&args, Cli::command()),
         #[cfg(feature = "view")]
         Command::View(args) => commands::view::run(args),

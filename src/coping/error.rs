@@ -90,12 +90,12 @@ pub enum TagProblem {
     },
     /// A rule that selects nothing.
     #[error("the rule {} selects no triangle", quoted(rule))]
-    #[diagnostic(help(
-        "check its conditions with `midsurf tags PART TAGS`, or set on_empty = \"warn\" under [options]"
-    ))]
+    #[diagnostic(help("{}", empty_remedy(*scaled)))]
     SelectsNothing {
         /// The rule.
         rule: String,
+        /// See [`super::Coping::scaled`].
+        scaled: Option<f64>,
     },
     /// A pattern that no name fits.
     #[error("no {kind} name of the mesh fits {}{known}", quoted(pattern))]
@@ -156,6 +156,16 @@ struct Inner {
     file: PathBuf,
     problem: TagProblem,
     excerpt: Option<Excerpt>,
+}
+
+fn empty_remedy(scaled: Option<f64>) -> String {
+    let check = "check its conditions with `midsurf tags PART TAGS`, or set on_empty = \"warn\" under [options]";
+    match scaled {
+        Some(factor) => format!(
+            "the part seems to be in other units than the tags: --scale {factor} on the part; {check}"
+        ),
+        None => check.to_owned(),
+    }
 }
 
 impl TagError {

@@ -15,13 +15,14 @@ mod select;
 mod sliver;
 mod text;
 mod toml;
+mod units;
 mod write;
 
 use std::path::Path;
 
+pub use crate::io::geometry_checksum;
 pub use detect::{Detection, detect};
 pub use error::{TagError, TagProblem};
-pub use identity::geometry_checksum;
 pub use sliver::Sliver;
 pub use write::{detected_text, detected_toml, ranges};
 
@@ -45,6 +46,9 @@ pub struct Coping {
     /// Narrow strips between coping faces that no rule tagged and that were
     /// tagged with them.
     pub slivers: Vec<Sliver>,
+    /// The factor by which the mesh would have to be scaled for the places that the
+    /// rules name to lie at it, where none does as it is: other units.
+    pub scaled: Option<f64>,
 }
 
 /// What one rule selects, whatever later rules do to it.
@@ -100,6 +104,7 @@ impl Coping {
             warnings: Vec::new(),
             detection: None,
             slivers: Vec::new(),
+            scaled: None,
         }
     }
 
@@ -113,6 +118,7 @@ impl Coping {
             warnings: Vec::new(),
             detection: Some(detection),
             slivers: Vec::new(),
+            scaled: None,
         };
         coping.adopt_slivers(&mesh.mesh, &vec![false; mesh.mesh.triangles.len()]);
         coping
@@ -199,6 +205,7 @@ fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping
         Rest::Wall => Coping::none(loaded),
         Rest::Auto => Coping::detected(loaded),
     };
+    coping.scaled = units::factor(file, &loaded.mesh.bounds());
     let mut kept = vec![false; coping.flags.len()];
     let mut selector = Selector::new(loaded);
     for rule in &file.rules {
@@ -217,7 +224,10 @@ fn apply(file: &TagFile, loaded: &LoadedMesh, mesh_file: &Path) -> Result<Coping
         let result = RuleResult::of_faces(&loaded.mesh, faces, &rule.name, rule.coping);
         if result.count == 0 {
             let rule_name = rule.name.clone();
-            let problem = TagProblem::SelectsNothing { rule: rule_name };
+            let problem = TagProblem::SelectsNothing {
+                rule: rule_name,
+                scaled: coping.scaled,
+            };
             match file.on_empty {
                 OnEmpty::Error => return Err((rule.span.clone(), problem)),
                 OnEmpty::Warn => coping.warnings.push(problem.to_string()),

@@ -3,7 +3,6 @@
 use std::fmt::Write;
 
 use super::detect::{DetectedFace, Detection, Question};
-use super::geometry_checksum;
 use crate::io::LoadedMesh;
 
 /// The TOML form: one rule a coping face, with what speaks for it as a
@@ -91,7 +90,7 @@ fn detected_toml_into(
     writeln!(text, "format = \"coping-tags\"\nversion = 1\n")?;
     writeln!(text, "[mesh]")?;
     writeln!(text, "triangles = {}", loaded.facet_count())?;
-    writeln!(text, "geometry = \"{}\"", geometry_checksum(&loaded.mesh))?;
+    writeln!(text, "geometry = \"{}\"", loaded.geometry())?;
     let questions = detection.questions();
     if !questions.is_empty() {
         writeln!(text)?;

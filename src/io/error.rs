@@ -47,7 +47,7 @@ pub enum Problem {
     /// Suffix of no known format.
     #[error("has no suffix of a known mesh format")]
     #[diagnostic(help(
-        "use a mesh as .obj, .stl, .ply, .off, .3mf, .msh, .inp or .bdf, or a CAD model as .step, .iges or .brep"
+        "use a mesh as .obj, .stl, .ply, .off, .3mf, .glb, .gltf, .msh, .inp or .bdf, or a CAD model as .step, .iges or .brep"
     ))]
     UnknownFormat,
     /// A CAD file, and nothing that could mesh it.

@@ -4,17 +4,11 @@ use glam::DVec3;
 
 use super::edges::{EdgeCensus, EdgeKind, EdgeUses};
 use super::error::{PartError, PartWarning};
-use super::orient::{make_consistent, make_outward, report};
-use super::shells::turn_by_nesting;
-use super::stitch::close_t_junctions;
-use super::weld::{drop_unused, weld_exact, weld_within};
+use super::mend::{self, Mended, closing_weld, report};
 use super::{Bounds, FaceId, Part, TriMesh};
 
 /// Diagonals outside this range overflow or vanish in products of four lengths.
 const USABLE_DIAGONAL: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
-
-/// A tolerance above this share of the diagonal would weld the part itself.
-const LARGEST_WELD: f64 = 0.05;
 
 /// Beyond this distance from the origin, in diagonals, f64 keeps fewer than
 /// ten digits of the part's size: fewer than the results promise.
@@ -31,15 +25,6 @@ const FLATNESS: f64 = 1e-13;
 /// encloses nothing: it would be 1e-12 of its size thick.
 const LEAST_VOLUME: f64 = 1e-12;
 
-/// Vertices within this share of the largest coordinate may be one place written
-/// twice: two units in the last place of single precision, as which STL is stored
-/// and much text is computed.
-const NOISE: f64 = 2.5e-7;
-
-/// Shares of the diagonal that are tried to name a length that would close a mesh;
-/// the last is a tenth of the wall of a part a hundred times as long as thick.
-const WELDS_TRIED: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
-
 /// How [`Part::new`] treats doubtful input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PartOptions {
@@ -51,23 +36,23 @@ pub struct PartOptions {
     /// by the noise of single precision, only if that closes the mesh and folds
     /// no triangle.
     pub weld: Option<f64>,
+    /// Put right also what takes a guess; see [`mend()`](super::mend()).
+    pub repair: bool,
 }
 
 impl Part {
-    /// Checks a mesh and its coping flags, puts right what can be put right
-    /// without guessing, and reports that as warnings.
+    /// Mends a mesh ([`mend()`](super::mend())) and makes all checks, in order: indices and
+    /// coordinates, size, closedness, volume, walls left.
     ///
-    /// In order: indices and coordinates, welding, T-junctions, consistent
-    /// orientation, closedness, outward orientation, walls left. Triangles keep
-    /// their number and order, pieces split off at T-junctions come after them;
-    /// vertices that no triangle uses go.
+    /// Triangles keep their order; pieces of one that was split stand behind it with
+    /// its flag. Vertices that no triangle uses go.
     ///
     /// # Errors
     ///
     /// A [`PartError`] names the triangle, vertex or edge at fault.
     pub fn new(
         mesh: TriMesh,
-        mut coping: Vec<bool>,
+        coping: Vec<bool>,
         options: PartOptions,
     ) -> Result<(Part, Vec<PartWarning>), PartError> {
         check_numbers(&mesh)?;
@@ -77,44 +62,28 @@ impl Part {
                 triangles: mesh.triangles.len(),
             });
         }
-        let mut mesh = drop_unused(mesh);
         let mut warnings = check_size(&mesh)?;
-        let mut uses = mesh.edges();
-        // Two shells that touch share positions, not vertices: leave them
-        // apart where the mesh is closed as it stands.
-        if (options.weld.is_some() || uses.census().open > 0)
-            && let Some(warning) = weld(&mut mesh, options.weld)?
-        {
-            warnings.push(warning);
-            uses = mesh.edges();
-        }
-        if uses.census().open > 0
-            && let Some(warning) = close_t_junctions(&mut mesh, &mut coping)
-        {
-            warnings.push(warning);
-            uses = mesh.edges();
-        }
-        if let Some(warning) = make_consistent(&mut mesh, &uses)? {
-            warnings.push(warning);
-            uses = mesh.edges();
-        }
+        let (mended, uses) = mend::with_edges(mesh, options)?;
+        let Mended {
+            mesh,
+            origin,
+            repairs,
+        } = mended;
+        let coping: Vec<bool> = origin.iter().map(|&o| coping[o as usize]).collect();
+        warnings.extend(repairs.into_iter().map(|repair| repair.what));
         let census = uses.census();
         warnings.extend(check_edges(&mesh, &uses, &census, options)?);
         let closed = census.is_closed();
         if closed {
             check_volume(&mesh)?;
         }
-        warnings.extend(make_outward(&mut mesh));
-        warnings.extend(turn_by_nesting(&mut mesh, &uses));
         warnings.extend(check_walls(&mesh, &coping)?);
-        Ok((
-            Part {
-                mesh,
-                coping,
-                closed,
-            },
-            warnings,
-        ))
+        let part = Part {
+            mesh,
+            coping,
+            closed,
+        };
+        Ok((part, warnings))
     }
 }
 
@@ -176,60 +145,6 @@ fn step(mesh: &TriMesh, bounds: &Bounds) -> f64 {
         }
     };
     along(0).max(along(1)).max(along(2))
-}
-
-fn weld(mesh: &mut TriMesh, tolerance: Option<f64>) -> Result<Option<PartWarning>, PartError> {
-    let diagonal = mesh.bounds().diagonal();
-    if let Some(tolerance) = tolerance
-        && !(tolerance > 1e-15 * diagonal && tolerance <= LARGEST_WELD * diagonal)
-    {
-        return Err(PartError::WeldTolerance {
-            tolerance,
-            diagonal,
-        });
-    }
-    let exact = weld_exact(&mesh.positions);
-    if exact.merged() > 0 {
-        *mesh = exact.apply(mesh);
-    }
-    let mut near = 0;
-    if let Some(tolerance) = tolerance {
-        let weld = weld_within(&mesh.positions, tolerance);
-        near = weld.merged();
-        *mesh = weld.apply(mesh);
-    } else if let Some((closed, merged)) = closed_by(mesh, NOISE * farthest(mesh)) {
-        near = merged;
-        *mesh = closed;
-    }
-    let exact = exact.merged();
-    Ok((exact + near > 0).then_some(PartWarning::Welded { exact, near }))
-}
-
-/// Largest coordinate, without sign.
-fn farthest(mesh: &TriMesh) -> f64 {
-    let bounds = mesh.bounds();
-    bounds.min.abs().max(bounds.max.abs()).max_element()
-}
-
-/// The mesh with vertices within a tolerance merged, and how many were; if it has
-/// gaps now and none then, and no triangle folds on the way.
-fn closed_by(mesh: &TriMesh, tolerance: f64) -> Option<(TriMesh, usize)> {
-    if tolerance <= 0.0 || mesh.edges().census().open == 0 {
-        return None;
-    }
-    let weld = weld_within(&mesh.positions, tolerance);
-    let welded = weld.apply(mesh);
-    let folded = |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
-    let folds = |mesh: &TriMesh| mesh.triangles.iter().filter(|t| folded(t)).count();
-    let closed = welded.edges().census().open == 0 && folds(&welded) == folds(mesh);
-    closed.then(|| (welded, weld.merged()))
-}
-
-/// A tolerance that would close the mesh, for the error that refuses it.
-fn closing_weld(mesh: &TriMesh) -> Option<f64> {
-    let diagonal = mesh.bounds().diagonal();
-    let tried = WELDS_TRIED.iter().map(|share| share * diagonal);
-    tried.into_iter().find(|&t| closed_by(mesh, t).is_some())
 }
 
 fn check_edges(

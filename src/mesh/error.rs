@@ -110,7 +110,7 @@ pub enum PartError {
     /// Edges where triangles do not pair up.
     #[error("{count} {} shared by three or more triangles that do not pair up, the first {first} with {uses} triangles", if *count == 1 { "edge is" } else { "edges are" })]
     #[diagnostic(help(
-        "remove inner faces or doubled triangles at that edge; --allow-open goes on all the same, but inside and outside are then guesses near it"
+        "remove inner faces or doubled triangles at that edge; --repair does where they lie on each other; --allow-open goes on all the same, but inside and outside are then guesses near it"
     ))]
     NonManifold {
         /// How many such edges.
@@ -152,9 +152,9 @@ pub enum PartError {
 fn open_remedy(weld: Option<f64>) -> String {
     match weld {
         Some(weld) => format!(
-            "its vertices do not quite meet: close the gaps in the modelling tool; or --weld {weld:.1e}, which closes it, if that is well below the wall thickness"
+            "its vertices do not quite meet: close the gaps in the modelling tool; or --weld {weld:.1e}, which closes it, if that is well below the wall thickness; or --repair"
         ),
-        None => "close the holes in the modelling tool; --allow-open goes on all the same, but inside and outside are then guesses near the gaps and sheets may be missing or cut short there".to_owned(),
+        None => "close the holes in the modelling tool; --repair fills small flat ones; --allow-open goes on all the same, but inside and outside are then guesses near the gaps and sheets may be missing or cut short there".to_owned(),
     }
 }
 
@@ -188,6 +188,23 @@ pub enum PartWarning {
         edges: usize,
         /// Triangles added.
         triangles: usize,
+    },
+    /// Triangles lay on others of the same three vertices, and were left out.
+    Doubled {
+        /// Triangles left out.
+        triangles: usize,
+    },
+    /// Small flat holes were filled.
+    Filled {
+        /// Holes.
+        holes: usize,
+        /// Triangles added.
+        triangles: usize,
+    },
+    /// Fans of triangles that touched in a vertex alone got vertices of their own.
+    Unpinched {
+        /// Vertices added.
+        vertices: usize,
     },
     /// The part was inside out and was turned.
     Turned {
@@ -262,6 +279,9 @@ impl PartWarning {
         match self {
             PartWarning::Welded { .. } => "welded",
             PartWarning::Stitched { .. } => "stitched",
+            PartWarning::Doubled { .. } => "doubled",
+            PartWarning::Filled { .. } => "filled",
+            PartWarning::Unpinched { .. } => "unpinched",
             PartWarning::Turned { .. } => "turned",
             PartWarning::ShellsTurned { .. } => "shells_turned",
             PartWarning::ShellsNested { .. } => "shells_nested",
@@ -285,7 +305,19 @@ impl fmt::Display for PartWarning {
             ),
             PartWarning::Stitched { edges, triangles } => write!(
                 f,
-                "{edges} edges were open because vertices lie on them that their triangle does not have; splitting there added {triangles} triangles and moved nothing"
+                "{edges} edges were open because vertices lie on them that their triangle does not have; splitting there added {triangles} triangles"
+            ),
+            PartWarning::Doubled { triangles } => write!(
+                f,
+                "{triangles} triangles lay on others of the same vertices and were left out"
+            ),
+            PartWarning::Filled { holes, triangles } => write!(
+                f,
+                "{holes} small flat holes were filled with {triangles} triangles"
+            ),
+            PartWarning::Unpinched { vertices } => write!(
+                f,
+                "{vertices} vertices were added where pieces of the surface touched in a vertex alone; nothing moved"
             ),
             PartWarning::Turned { volume } => write!(
                 f,

@@ -10,6 +10,7 @@ use rustc_hash::FxHashMap;
 
 use super::edges::{EdgeKind, EdgeUses, kind};
 use super::error::PartWarning;
+use super::mend::Repair;
 use super::sets::Sets;
 use super::{Bounds, FaceId, Part, TriMesh, self_intersections, weld_exact};
 
@@ -34,15 +35,16 @@ pub struct Shell {
 /// Turns closed shells to what their nesting makes of them. Shells that cut or
 /// touch another one nest in nothing: they keep their side, unless they are inside
 /// out and lie in no other.
-pub(super) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Vec<PartWarning> {
+///
+/// # Errors
+///
+/// The number of shells, if they are too many to find out which lies in which.
+pub(crate) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Result<Vec<Repair>, usize> {
     let shells = closed_shells(mesh, uses);
     if shells.len() < 2 {
-        return Vec::new();
+        return Ok(Vec::new());
     }
-    let Some(depths) = depths(mesh, &shells) else {
-        let shells = shells.len();
-        return vec![PartWarning::ShellsUnchecked { shells }];
-    };
+    let depths = depths(mesh, &shells).ok_or(shells.len())?;
     let mut stray = Turned::default();
     let mut nested = Turned::default();
     let mut wrong = Vec::new();
@@ -64,26 +66,34 @@ pub(super) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Vec<PartWa
     for face in wrong.into_iter().flat_map(|index| &shells[index].faces) {
         mesh.triangles[face.index()].swap(1, 2);
     }
-    let stray = (stray.shells > 0).then_some(PartWarning::ShellsTurned {
-        shells: stray.shells,
-        triangles: stray.triangles,
-    });
-    let nested = (nested.shells > 0).then_some(PartWarning::ShellsNested {
-        shells: nested.shells,
-        triangles: nested.triangles,
-    });
-    stray.into_iter().chain(nested).collect()
+    let mut repairs = Vec::new();
+    if !stray.places.is_empty() {
+        let what = PartWarning::ShellsTurned {
+            shells: stray.places.len(),
+            triangles: stray.triangles,
+        };
+        repairs.push(Repair::at(what, stray.places));
+    }
+    if !nested.places.is_empty() {
+        let what = PartWarning::ShellsNested {
+            shells: nested.places.len(),
+            triangles: nested.triangles,
+        };
+        repairs.push(Repair::at(what, nested.places));
+    }
+    Ok(repairs)
 }
 
 #[derive(Default)]
 struct Turned {
-    shells: usize,
+    /// Middle of each shell's box.
+    places: Vec<DVec3>,
     triangles: usize,
 }
 
 impl Turned {
     fn add(&mut self, shell: &Shell) {
-        self.shells += 1;
+        self.places.push(shell.bounds.center());
         self.triangles += shell.faces.len();
     }
 }

@@ -20,8 +20,8 @@ use super::project::Projector;
 use crate::field::Footpoint;
 use crate::mesh::{FaceId, angle, self_intersections};
 use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
-use crate::trace::follow::contour::CREASE_ANGLE;
 use crate::trace::solve::{Condition, on_coping, solve};
+use crate::trace::tolerances::CREASE_ANGLE;
 
 /// Footpoint directions that differ by less, in degrees, are no jump: creases
 /// flatter than this are left to the triangles.

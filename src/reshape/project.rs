@@ -13,8 +13,8 @@ use smallvec::SmallVec;
 
 use crate::mesh::FaceId;
 use crate::surface::marked::{Line, MarkedVertex};
-use crate::trace::follow::contour::CREASE_ANGLE;
 use crate::trace::solve::{Condition, distance_to, on_coping, solve};
+use crate::trace::tolerances::CREASE_ANGLE;
 use crate::walls::Walls;
 use crate::walls::thickness::Ray;
 

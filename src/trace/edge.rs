@@ -17,6 +17,7 @@ use crate::field::Footpoint;
 use crate::mesh::FaceId;
 use crate::trace::probe::Probe;
 use crate::trace::solve::{distance_to, tie_on_segment};
+use crate::trace::tolerances::{SAME_HIT, Tolerances};
 
 /// What is known of a lattice point.
 #[derive(Clone, Copy, Debug)]
@@ -31,8 +32,13 @@ pub struct NodeSample {
 
 /// Samples a lattice point.
 pub fn sample_node(probe: &mut Probe, at: DVec3) -> NodeSample {
-    let foot = probe.nearest_anywhere(at);
-    let signed = probe.field().signed_clearance(at);
+    let near = probe.nearest_anywhere(at).face;
+    sample_node_near(probe, at, near)
+}
+
+/// The same; `hint` is a wall near by, which saves time.
+pub fn sample_node_near(probe: &mut Probe, at: DVec3, hint: FaceId) -> NodeSample {
+    let (foot, signed) = probe.nearest_and_clearance(at, hint);
     NodeSample {
         inside: signed > 0.0,
         clearance: signed.abs(),
@@ -75,12 +81,12 @@ pub fn crossings(
     for hit in &hits {
         let wall = (!probe.field().is_coping(hit.face)).then_some(hit.face);
         match cuts.last_mut() {
-            Some(last) if hit.t - last.0 < 1e-12 => last.1 = last.1.or(wall),
+            Some(last) if hit.t - last.0 < SAME_HIT => last.1 = last.1.or(wall),
             _ => cuts.push((hit.t, wall)),
         }
     }
     match cuts.last_mut() {
-        Some(last) if 1.0 - last.0 < 1e-12 => {}
+        Some(last) if 1.0 - last.0 < SAME_HIT => {}
         _ => cuts.push((1.0, None)),
     }
     probe.hits = hits;
@@ -119,7 +125,8 @@ pub fn crossing_near(
     reach: f64,
 ) -> Option<Crossing> {
     let ends = [centre - reach * direction, centre + reach * direction];
-    let samples = ends.map(|p| sample_node(probe, p));
+    let near = probe.nearest_anywhere(centre).face;
+    let samples = ends.map(|p| sample_node_near(probe, p, near));
     crossings(probe, ends, [&samples[0], &samples[1]])
         .into_iter()
         .min_by(|a, b| a.at.distance(centre).total_cmp(&b.at.distance(centre)))
@@ -136,21 +143,18 @@ fn stretch(
     depth: usize,
 ) {
     const DEEPEST: usize = 48;
-    let tolerances = probe.walls().tolerances();
-    // Two solver steps: what stands between is decided as exactly as the
-    // distances are known, so that the faces round the edge find the same.
-    let exact = 2.0 * tolerances.solve;
-    if a == b || depth > DEEPEST || x.distance(y) <= exact {
+    let lengths = Tolerances::new(probe.walls().tolerances(), 0.0);
+    if a == b || depth > DEEPEST || x.distance(y) <= lengths.decided {
         return;
     }
     let field = probe.field();
-    let s = tie_on_segment(field, x, y, a, b, tolerances.solve);
+    let s = tie_on_segment(field, x, y, a, b, lengths.solve);
     let m = x.lerp(y, s);
     let (fa, fb) = (field.footpoint_on(m, a), field.footpoint_on(m, b));
     let distance = fa.distance.max(fb.distance);
     let nearest = probe.nearest(m, a);
-    let tied = (fa.distance - fb.distance).abs() <= 0.01 * tolerances.tie;
-    if tied && nearest.distance >= distance - exact {
+    let tied = (fa.distance - fb.distance).abs() <= lengths.solved_tie;
+    if tied && nearest.distance >= distance - lengths.decided {
         if probe.walls().separate(m, &fa, &fb) {
             out.push(Crossing {
                 at: m,

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::field::{Field, Footpoint};
 use crate::mesh::FaceId;
+use crate::trace::solve::Condition;
 use crate::walls::Walls;
 
 /// Two walls that tie, ordered: whoever walks the contour has `left` nearest
@@ -24,6 +25,11 @@ impl Pair {
             left: self.right,
             right: self.left,
         }
+    }
+
+    /// The condition that both are equally far.
+    pub fn tie(self) -> Condition {
+        Condition::Tie(self.left, self.right)
     }
 }
 
@@ -71,6 +77,13 @@ impl<'a> Probe<'a> {
     pub fn nearest_anywhere(&mut self, p: DVec3) -> Footpoint {
         self.queries += 1;
         self.walls.field().footpoint(p)
+    }
+
+    /// Nearest wall point, and the distance to the nearest triangle of any
+    /// kind, negative outside; counted once.
+    pub fn nearest_and_clearance(&mut self, p: DVec3, hint: FaceId) -> (Footpoint, f64) {
+        self.queries += 1;
+        self.walls.field().cleared_footpoint_near(p, hint)
     }
 
     /// Whether a point lies outside the part by more than a tie: nothing there

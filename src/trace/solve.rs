@@ -10,6 +10,7 @@ use glam::{DMat3, DVec3};
 
 use crate::field::Field;
 use crate::mesh::FaceId;
+use crate::trace::tolerances::{DEPENDENT, ON_TRIANGLE, SAME_DIRECTION};
 
 /// One condition on a point.
 #[derive(Clone, Copy, Debug)]
@@ -43,8 +44,6 @@ pub fn solve(
     tolerance: f64,
 ) -> Option<DVec3> {
     const STEPS: usize = 40;
-    /// Smallest volume spanned by the three unit gradients.
-    const INDEPENDENT: f64 = 1e-7;
     let mut x = start;
     for _ in 0..STEPS {
         let mut rows = [DVec3::ZERO; 3];
@@ -58,14 +57,14 @@ pub fn solve(
                 Condition::Plane(normal, offset) => (normal.dot(x) - offset, normal),
             };
             let length = gradient.length();
-            if length < 1e-9 {
+            if length < SAME_DIRECTION {
                 return None;
             }
             rows[k] = gradient / length;
             rest[k] = -value / length;
         }
         let matrix = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose();
-        if matrix.determinant().abs() < INDEPENDENT {
+        if matrix.determinant().abs() < DEPENDENT {
             return None;
         }
         let step = matrix.inverse() * rest;
@@ -102,7 +101,7 @@ pub fn on_coping(
             tolerance,
         )?;
         let slip = field.footpoint_on(at, coping).distance;
-        if slip <= 1e-11 * reach + tolerance {
+        if slip <= ON_TRIANGLE * reach + tolerance {
             break;
         }
         // Beyond the triangle's edge: the neighbour that is nearer, if it is coping too.

@@ -11,6 +11,9 @@ use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
+use glam::DVec3;
+use serde_json::json;
+
 use super::guard::{Guard, Refusal};
 use super::http::{Answer, Request};
 use super::job;
@@ -104,6 +107,13 @@ impl Server {
                 let told = self.session.measure().to_string();
                 Answer::data("application/json", told.into_bytes())
             }
+            ("GET", "thickness") => match place(query) {
+                Some((triangle, at)) => {
+                    let told = json!({ "thickness": self.session.thickness(triangle, at) });
+                    Answer::data("application/json", told.to_string().into_bytes())
+                }
+                None => Answer::text("400 Bad Request", "TRIANGLE,X,Y,Z is missing"),
+            },
             ("GET", "mid") => match self.session.shown() {
                 Some(shown) => Answer::data(BYTES, shown.pack.clone()),
                 None => Answer::text("204 No Content", ""),
@@ -112,6 +122,13 @@ impl Server {
             ("GET", name) => match page::asset(name) {
                 Some(Asset { text, kind }) => Answer::data(kind, text.as_bytes().to_vec()),
                 None => refused(Refusal::Unknown),
+            },
+            ("POST", "tags") => match self.flags(&mut request)? {
+                Some(flags) => {
+                    self.session.tag(&flags);
+                    Answer::text("200 OK", "")
+                }
+                None => wrong_length(),
             },
             ("POST", "save") => match self.flags(&mut request)? {
                 Some(flags) => self.save(&flags, query == "replace"),
@@ -169,13 +186,9 @@ impl Server {
         let subject = self.session.subject();
         let mut bytes = Vec::new();
         let written = if name == "mid.html" {
-            let Subject {
-                title,
-                mesh,
-                coping,
-                ..
-            } = subject;
-            page::write(title, mesh, coping, &shown.pack, &mut bytes)
+            let Subject { title, mesh, .. } = subject;
+            let coping = self.session.coping();
+            page::write(title, mesh, &coping, &shown.pack, &mut bytes)
         } else {
             let Ok(format) = SurfaceFormat::of(name.as_ref()) else {
                 return refused(Refusal::Unknown);
@@ -191,6 +204,14 @@ impl Server {
             Err(error) => Answer::text("500 Internal Server Error", &error.to_string()),
         }
     }
+}
+
+/// A triangle and a point: `TRIANGLE,X,Y,Z`.
+fn place(query: &str) -> Option<(u32, DVec3)> {
+    let mut words = query.split(',');
+    let triangle = words.next()?.parse().ok()?;
+    let mut number = || words.next()?.parse::<f64>().ok();
+    Some((triangle, DVec3::new(number()?, number()?, number()?)))
 }
 
 fn refused(refusal: Refusal) -> Answer {

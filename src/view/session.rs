@@ -1,25 +1,35 @@
 //! What one page works on: a part with its tags, and the last mid-surface.
 
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard};
 
+use glam::DVec3;
 use miette::Diagnostic;
+use rustc_hash::FxHashSet;
 use serde_json::{Value, json};
 
 use super::{scene, tags};
 use crate::coping::detect::Detection;
-use crate::extract::{ExtractError, Extraction, Settings, expected_cells, extract_until};
+use crate::extract::{ExtractError, Extraction, Settings, extract_until};
 use crate::field::Field;
 use crate::io::write::{WriteError, stage};
-use crate::mesh::{Part, PartError, PartOptions, TriMesh};
+use crate::mesh::{FaceId, Part, PartError, PartOptions, TriMesh};
 use crate::settings::cell::CellSize;
 use crate::settings::progress::{Progress, Stop};
 use crate::surface::MidSurface;
 use crate::surface::graph::SheetGraph;
-use crate::walls::thickness::ThicknessProfile;
+use crate::walls::thickness::{ThicknessProfile, thickness_at};
 
-/// Samples of the wall thickness that the page shows.
-const SAMPLES: usize = 2000;
+/// Samples of the wall thickness that the page shows, and by which it counts cells.
+const SAMPLES: usize = 20_000;
+
+/// Active cells of a lattice for each that is crossed, about, as
+/// [`expected_cells`](crate::extract::expected_cells) has it: how the lattice lies
+/// against the walls is not known before.
+const ACTIVE: f64 = 1.6;
+
+/// Samples that stand for a cell, so that hardly one is passed over.
+const PER_CELL: f64 = 4.0;
 
 /// A part to look at.
 #[derive(Debug)]
@@ -74,7 +84,11 @@ pub(super) struct Failed {
 pub(super) struct Session {
     subject: Subject,
     saved: Mutex<bool>,
-    shown: Mutex<Option<std::sync::Arc<Shown>>>,
+    /// Tags as the page had them last: saved, extracted with, or told.
+    coping: Mutex<Vec<bool>>,
+    /// Walls as they were measured last; none until then.
+    walls: Mutex<Option<Arc<Field>>>,
+    shown: Mutex<Option<Arc<Shown>>>,
     heavy: Mutex<()>,
 }
 
@@ -84,10 +98,12 @@ impl Session {
         let shown = subject.surface.take().map(|surface| {
             let graph = SheetGraph::of(&surface);
             let pack = scene::surface(&surface, &graph, origin).finish();
-            std::sync::Arc::new(Shown { surface, pack })
+            Arc::new(Shown { surface, pack })
         });
         Session {
             saved: Mutex::new(subject.tags_are_ours),
+            coping: Mutex::new(subject.coping.clone()),
+            walls: Mutex::new(None),
             shown: Mutex::new(shown),
             heavy: Mutex::new(()),
             subject,
@@ -98,8 +114,18 @@ impl Session {
         &self.subject
     }
 
+    /// The tags that the page has now.
+    pub(super) fn coping(&self) -> Vec<bool> {
+        lock(&self.coping).clone()
+    }
+
+    /// Takes the tags that the page has now.
+    pub(super) fn tag(&self, coping: &[bool]) {
+        *lock(&self.coping) = coping.to_vec();
+    }
+
     /// The mid-surface that is shown now.
-    pub(super) fn shown(&self) -> Option<std::sync::Arc<Shown>> {
+    pub(super) fn shown(&self) -> Option<Arc<Shown>> {
         lock(&self.shown).clone()
     }
 
@@ -116,10 +142,10 @@ impl Session {
     /// The part for the page, as it was read.
     pub(super) fn part_pack(&self) -> Vec<u8> {
         let subject = &self.subject;
-        let mut pack = scene::part(&subject.mesh, &subject.coping, &subject.source, true);
+        let mut pack = scene::part(&subject.mesh, &self.coping(), &subject.source, true);
         pack.fact("title", subject.title.clone());
         pack.fact("tag_file", subject.tag_file.display().to_string());
-        pack.fact("tags_are_saved", subject.tags_are_ours);
+        pack.fact("tags_are_saved", *lock(&self.saved));
         if let Some(detection) = &subject.detection {
             let origin = scene::origin(&subject.mesh);
             pack.fact("doubts", scene::doubts(detection, origin));
@@ -131,11 +157,13 @@ impl Session {
     /// Wall thickness and what an extraction will cost, or why the part cannot be
     /// extracted. Takes a while on large parts, so it is asked for by itself.
     pub(super) fn measure(&self) -> Value {
-        match self.part(self.subject.coping.clone()) {
+        match self.part(self.coping()) {
             Ok(part) => {
-                let profile = ThicknessProfile::measure(&Field::new(&part), SAMPLES);
+                let field = Field::new(&part);
+                let profile = ThicknessProfile::measure(&field, SAMPLES);
                 let thickness = profile.percentile(50.0);
-                let cells = thickness.map(|t| expected_cells(&part, t, t));
+                let cells = thickness.map(|t| cells(&field, &profile, part.area(), t));
+                *lock(&self.walls) = Some(Arc::new(field));
                 json!({ "thickness": thickness, "cells_at_thickness": cells })
             }
             Err(error) => {
@@ -143,6 +171,16 @@ impl Session {
                 json!({ "problem": { "message": error.to_string(), "help": help } })
             }
         }
+    }
+
+    /// Wall thickness at a point of a triangle of the part; none where no wall faces
+    /// it, or before the part was measured.
+    pub(super) fn thickness(&self, triangle: u32, at: DVec3) -> Option<f64> {
+        let walls = lock(&self.walls).clone()?;
+        let known = (triangle as usize) < walls.face_count() && at.is_finite();
+        known
+            .then(|| thickness_at(&walls, FaceId(triangle), at))
+            .flatten()
     }
 
     /// Extracts with the flags given; what comes out is shown from then on.
@@ -153,6 +191,7 @@ impl Session {
         progress: &Progress,
         stop: &Stop,
     ) -> Result<Value, Failed> {
+        self.tag(&coping);
         let part = self.part(coping).map_err(|error| Failed {
             message: error.to_string(),
             help: error.help().map(|help| help.to_string()),
@@ -169,9 +208,13 @@ impl Session {
             });
         }
         let pack = scene::extraction(&result, scene::origin(&self.subject.mesh)).finish();
-        let told = json!({ "seconds": seconds(&result), "cells": result.work.counts.cells });
+        let told = json!({
+            "seconds": seconds(&result),
+            "cells": result.work.counts.cells,
+            "cell": result.work.cell,
+        });
         let surface = result.surface;
-        *lock(&self.shown) = Some(std::sync::Arc::new(Shown { surface, pack }));
+        *lock(&self.shown) = Some(Arc::new(Shown { surface, pack }));
         Ok(told)
     }
 
@@ -192,8 +235,22 @@ impl Session {
         );
         stage(&subject.tag_file, |out| out.write_all(text.as_bytes()))?.commit()?;
         *ours = true;
+        self.tag(coping);
         Ok(Saved::Written)
     }
+}
+
+/// Active cells of a size: those that the mid-surface crosses, counted by the centres of maximal
+/// balls in cells so large that some centres lie in each, and taken to that size by
+/// the inverse square.
+fn cells(field: &Field, profile: &ThicknessProfile, area: f64, size: f64) -> f64 {
+    let coarse = size.max((PER_CELL * area / SAMPLES as f64).sqrt());
+    let mut crossed = FxHashSet::default();
+    for sample in profile.samples() {
+        let centre = sample.at - 0.5 * sample.thickness * field.normal(sample.face);
+        crossed.insert((centre / coarse).floor().as_i64vec3());
+    }
+    ACTIVE * crossed.len() as f64 * (coarse / size).powi(2)
 }
 
 fn seconds(result: &Extraction) -> f64 {

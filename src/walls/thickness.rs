@@ -172,6 +172,11 @@ impl ThicknessProfile {
         self.samples.last().map(|s| s.thickness)
     }
 
+    /// Ascending by thickness.
+    pub fn samples(&self) -> &[ThicknessSample] {
+        &self.samples
+    }
+
     /// Where the wall is thinnest.
     pub fn thinnest(&self) -> Option<&ThicknessSample> {
         self.samples.first()

@@ -323,6 +323,7 @@ fn survive(format: MeshFormat, bytes: &[u8]) {
             let options = PartOptions {
                 allow_open: true,
                 weld,
+                ..PartOptions::default()
             };
             let _ = Part::new(loaded.mesh.clone(), flags.clone(), options);
         }

@@ -151,3 +151,47 @@ fn parts_close_wherever_they_lie() {
         }
     }
 }
+
+/// A placement of `tools/placements.rs` by its seed and number: turn, shift in
+/// wall thicknesses, and cell in wall thicknesses.
+fn numbered(seed: u64, number: u64) -> (DMat3, DVec3, f64) {
+    let mut state = seed.wrapping_mul(0x1000_0000_01B3) ^ number;
+    let mut unit = || {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let height = 2.0 * unit() - 1.0;
+    let round = std::f64::consts::TAU * unit();
+    let side = (1.0 - height * height).sqrt();
+    let axis = DVec3::new(side * round.cos(), side * round.sin(), height);
+    let turn = DMat3::from_axis_angle(axis, std::f64::consts::TAU * unit());
+    let shift = DVec3::from_array(std::array::from_fn(|_| unit()));
+    (turn, shift, 0.25 * 16_f64.powf(unit()))
+}
+
+/// Placements in which a follower is lost on a face, and the face closes in
+/// small triangles; they ended in cracks, or in sheets that cut themselves.
+#[test]
+fn a_face_on_which_a_follower_is_lost_closes() {
+    for (name, number, thickness, sheets, seams, euler) in [
+        ("boss_gussets", 1, 2.0, 7, 12, 1),
+        ("placed/tray", 23, 2.0, 2, 1, -2),
+    ] {
+        let (turn, shift, cell) = numbered(11, number);
+        let (mesh, coping) = fixture_part(name);
+        let place = |p: &DVec3| turn * *p + thickness * shift;
+        let mesh = TriMesh {
+            positions: mesh.positions.iter().map(place).collect(),
+            triangles: mesh.triangles,
+        };
+        let part = Part::new(mesh, coping, PartOptions::default()).unwrap().0;
+        let e = run(&part, CellSize::Length(cell * thickness));
+        check(&part, &e, name);
+        let counts = (e.surface.sheet_count(), e.surface.seams().len());
+        assert_eq!(counts, (sheets, seams), "{name}");
+        assert_eq!(e.graph.counts().euler, euler, "{name}");
+    }
+}

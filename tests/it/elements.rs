@@ -215,10 +215,7 @@ fn builds_of_3mf_in_millimetres() {
     for (build, word) in [
         ("<item objectid='7'/>", "does not exist"),
         ("<item objectid='1' transform='1 2'/>", "transform"),
-        (
-            "<item objectid='1' p:path='/3D/a.model'/>",
-            "another model file",
-        ),
+        ("<item objectid='1' p:path='/3D/a.model'/>", "a.model"),
         ("<item/>", "objectid"),
         ("", "no faces"),
     ] {
@@ -242,7 +239,7 @@ fn builds_of_3mf_in_millimetres() {
 fn bad_element_meshes_are_refused() {
     for (text, format, word) in [
         ("$Nodes\n1\n", MeshFormat::Msh, "$MeshFormat"),
-        ("$MeshFormat\n2.2 1 8\n", MeshFormat::Msh, "binary"),
+        ("$MeshFormat\n2.2 1 8\n", MeshFormat::Msh, "cut short"),
         ("$MeshFormat\n3 0 8\n", MeshFormat::Msh, "neither"),
         (
             "$MeshFormat\n2.2 0 8\n$Nodes\n9\n1 0 0 0\n",
@@ -317,6 +314,7 @@ fn cad_files_are_meshed() {
             let mut groups = groups(&loaded);
             groups.sort();
             groups.dedup();
+            groups.retain(|group| group.starts_with("face "));
             assert_eq!(groups.len(), 7);
         }
         Err(error) => assert!(matches!(error.problem(), Problem::NoMesher), "{error}"),

@@ -1,57 +1,18 @@
 //! Files that were damaged at random, and solids nobody would draw: no panic,
 //! and what the README promises holds for every result.
 //!
-//! `PROPTEST_CASES=100000 cargo test --release --test it fuzz` runs for long.
-//! Files that once failed are kept in `fixtures/fuzz`.
+//! `tools/fuzz/run` looks for more of them, for as long as one likes, and has the
+//! checks. Files that once failed are kept in `fixtures/fuzz`.
 
-use std::path::Path;
+#[path = "../../tools/fuzz/src/checks.rs"]
+mod checks;
+#[path = "../../tools/fuzz/src/solids.rs"]
+mod solids;
 
 use glam::DVec3;
-use midsurf::CellSize;
-use midsurf::coping::read_tags_bytes;
-use midsurf::extract::{Settings, extract};
-use midsurf::io::{MeshFormat, read_control_bytes, read_mesh_bytes};
-use midsurf::mesh::{Part, PartOptions, TriMesh, self_intersections};
-use midsurf::offset::{self, offset};
-use midsurf::roundtrip::{self, roundtrip};
-use midsurf::subdivide::Cage;
-use midsurf::thicken::{self, Side, thicken};
 use proptest::prelude::*;
 
 use crate::common::{cuboid, fixture, obj_text, ply_binary, ply_text, stl_bytes, stl_text};
-
-/// Reads a file as whatever its suffix says, and checks what it holds.
-fn read(bytes: &[u8], file: &Path) {
-    match file.extension().and_then(|suffix| suffix.to_str()) {
-        Some("txt" | "toml") => {
-            let part = fixture("tee.obj");
-            let loaded = midsurf::io::read_mesh(&part).unwrap();
-            if let Err(error) = read_tags_bytes(bytes, &loaded, file, &part) {
-                assert!(error.to_string().len() <= 3000, "{error}");
-            }
-        }
-        _ => {
-            let format = MeshFormat::of(file).unwrap();
-            match read_mesh_bytes(bytes, format, file) {
-                Ok(loaded) => {
-                    assert!(loaded.mesh.positions.iter().all(|p| p.is_finite()));
-                    let flags = vec![false; loaded.mesh.triangles.len()];
-                    let options = PartOptions {
-                        allow_open: true,
-                        weld: None,
-                    };
-                    let _ = Part::new(loaded.mesh, flags, options);
-                }
-                Err(error) => assert!(error.to_string().len() <= 3000, "{error}"),
-            }
-            if format == MeshFormat::Obj
-                && let Ok(control) = read_control_bytes(bytes, file)
-            {
-                let _ = Cage::new(control.positions, &control.faces);
-            }
-        }
-    }
-}
 
 /// What is done to a file: at a share of its length, so many bytes go and
 /// others come.
@@ -114,99 +75,7 @@ fn sound(kind: usize) -> (&'static str, Vec<u8>) {
         _ => {
             let cages = ["cube", "genus3", "open_hole", "spike", "valence_mix"];
             let cage = fixture(&format!("cages/{}.obj", cages[kind % cages.len()]));
-            ("a.obj", std::fs::read(cage).unwrap())
-        }
-    }
-}
-
-/// Union of unit cubes, one triangle pair a face that bounds it, stretched and
-/// turned; edges where cubes touch alone have four triangles.
-fn voxels(filled: &[bool], size: DVec3, turn: f64) -> TriMesh {
-    let at = |x: i32, y: i32, z: i32| {
-        let inside = [x, y, z].iter().all(|k| (0..3).contains(k));
-        inside && filled[(x + 3 * y + 9 * z) as usize]
-    };
-    let mut mesh = TriMesh {
-        positions: Vec::new(),
-        triangles: Vec::new(),
-    };
-    let mut node = std::collections::BTreeMap::new();
-    for (k, _) in filled.iter().enumerate().filter(|(_, full)| **full) {
-        let cell = [k as i32 % 3, k as i32 / 3 % 3, k as i32 / 9];
-        for axis in 0..3 {
-            for side in [0, 1] {
-                let mut over = cell;
-                over[axis] += 2 * side - 1;
-                if at(over[0], over[1], over[2]) {
-                    continue;
-                }
-                let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-                let corner = |du: i32, dv: i32| {
-                    let mut p = cell;
-                    p[axis] += side;
-                    p[u] += du;
-                    p[v] += dv;
-                    p
-                };
-                let mut ring = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
-                if side == 0 {
-                    ring.reverse();
-                }
-                let [a, b, c, d] = ring.map(|p| {
-                    *node.entry(p).or_insert_with(|| {
-                        let p = size * DVec3::new(p[0].into(), p[1].into(), p[2].into());
-                        mesh.positions.push(glam::DQuat::from_rotation_y(turn) * p);
-                        mesh.positions.len() as u32 - 1
-                    })
-                });
-                mesh.triangles.extend([[a, b, c], [a, c, d]]);
-            }
-        }
-    }
-    mesh
-}
-
-/// Every result keeps what the README promises of it.
-fn check_engines(mesh: &TriMesh, coping: &[bool], cell: f64) {
-    let quiet = |_: &'static str, _: u64, _: u64| ();
-    let options = PartOptions {
-        allow_open: true,
-        weld: None,
-    };
-    if let Ok((part, _)) = Part::new(mesh.clone(), coping.to_vec(), options) {
-        let size = part.bounds().diagonal();
-        let settings = Settings {
-            cell: CellSize::Length(cell * size),
-            ..Settings::default()
-        };
-        if let Ok(result) = extract(&part, &settings, &quiet) {
-            let vertices = result.surface.vertices();
-            assert!(vertices.iter().all(|v| v.position.is_finite()));
-        }
-        let settings = roundtrip::Settings {
-            extract: settings,
-            solid_cell: CellSize::Percent(5.0),
-            memory_limit: 1 << 30,
-        };
-        if let Ok(result) = roundtrip(&part, &settings, &quiet) {
-            assert!(result.comparison.closed);
-            assert_eq!(result.comparison.self_intersections, 0);
-        }
-        for distance in [0.03 * size, -0.03 * size] {
-            let mut settings = offset::Settings::new(&part, distance);
-            settings.cell = cell * size;
-            if let Ok(result) = offset(&part, &settings, &quiet) {
-                assert!(self_intersections(&result.mesh).is_empty());
-                assert!(result.mesh.edges().census().open == 0);
-            }
-        }
-    }
-    for side in [Side::Inner, Side::Outer] {
-        let mut settings = thicken::Settings::new(0.1, side);
-        settings.cell = 0.04;
-        if let Ok(result) = thicken(mesh, &settings, &quiet) {
-            let crossings = self_intersections(&result.mesh).len();
-            assert_eq!(result.self_intersections, crossings);
+            ("a.cage", std::fs::read(cage).unwrap())
         }
     }
 }
@@ -217,11 +86,18 @@ fn files_that_once_failed() {
     let mut count = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
         let file = entry.unwrap().path();
-        if file.extension().is_some_and(|suffix| suffix == "md") {
-            continue;
+        let suffix = file.extension().unwrap_or_default().to_string_lossy();
+        let bytes = std::fs::read(&file).unwrap();
+        match &*suffix {
+            "md" => continue,
+            "extract" => checks::extracts(&solids::solid(&bytes)),
+            "roundtrip" => checks::goes_round(&solids::solid(&bytes)),
+            "offset" => checks::offsets(&solids::solid(&bytes)),
+            "thicken" => checks::thickens(&solids::sheet(&bytes)),
+            "repair" => checks::repairs(&solids::soup(&bytes)),
+            _ => checks::reads(&bytes, &file),
         }
         count += 1;
-        read(&std::fs::read(&file).unwrap(), &file);
     }
     assert!(count > 0);
 }
@@ -232,7 +108,12 @@ proptest! {
     #[test]
     fn damaged_files_never_panic(kind in 0..14_usize, damage in damage()) {
         let (name, bytes) = sound(kind);
-        read(&damaged(bytes, &damage), name.as_ref());
+        checks::reads(&damaged(bytes, &damage), name.as_ref());
+    }
+
+    #[test]
+    fn faults_are_mended_or_refused(bytes in proptest::collection::vec(any::<u8>(), 40..120)) {
+        checks::repairs(&solids::soup(&bytes));
     }
 }
 
@@ -250,15 +131,12 @@ proptest! {
     #![proptest_config(few())]
 
     #[test]
-    fn solids_of_cubes_keep_all_promises(
-        filled in proptest::collection::vec(prop::bool::weighted(0.6), 27),
-        tagged in proptest::collection::vec(prop::bool::weighted(0.2), 324),
-        thin in prop_oneof![Just(1.0), Just(0.2), Just(1e-3)],
-        turn in prop_oneof![Just(0.0), -3.0..3.0],
-        cell in 0.08..0.3,
+    fn solids_of_any_bytes_keep_all_promises(
+        bytes in proptest::collection::vec(any::<u8>(), 20..60),
     ) {
-        let mesh = voxels(&filled, DVec3::new(1.0, thin, 1.0), turn);
-        let flags = &tagged[..mesh.triangles.len()];
-        check_engines(&mesh, flags, cell);
+        let case = solids::solid(&bytes);
+        checks::goes_round(&case);
+        checks::offsets(&case);
+        checks::thickens(&solids::sheet(&bytes));
     }
 }

@@ -460,3 +460,109 @@ fn tangled_polygons_are_given_up() {
     let told = check(&desk.run(&["thicken", "star.obj", "--thickness", "0.1"]), 2);
     assert!(told.contains("cuts through itself"), "{told}");
 }
+
+/// Where memory is refused in the middle of work the command ends in words, with the
+/// code for no result, and leaves nothing behind.
+#[cfg(target_os = "linux")]
+#[test]
+fn refused_memory_is_no_crash() {
+    let desk = Desk::new();
+    let mesh = cuboid(DVec3::ZERO, DVec3::new(9.0, 9.0, 1.0));
+    desk.put("plate.obj", obj_text(&mesh));
+    // A small file that asks for much once it is read: a million copies of a box.
+    let mut model = String::from("<model><resources><object id='1'><mesh><vertices>");
+    for p in &mesh.positions {
+        model += &format!("<vertex x='{}' y='{}' z='{}'/>", p.x, p.y, p.z);
+    }
+    model += "</vertices><triangles>";
+    for [a, b, c] in &mesh.triangles {
+        model += &format!("<triangle v1='{a}' v2='{b}' v3='{c}'/>");
+    }
+    model += "</triangles></mesh></object>";
+    for level in 2..8 {
+        let parts = format!("<component objectid='{}'/>", level - 1).repeat(10);
+        model += &format!("<object id='{level}'><components>{parts}</components></object>");
+    }
+    model += "</resources><build><item objectid='6'/></build></model>";
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    zip.start_file("3D/3dmodel.model", zip::write::SimpleFileOptions::default())
+        .unwrap();
+    std::io::Write::write_all(&mut zip, model.as_bytes()).unwrap();
+    desk.put("copies.3mf", zip.finish().unwrap().into_inner());
+    let before = desk.files();
+    let told = check(
+        &under(
+            "-v 500000",
+            &desk,
+            &["extract", "copies.3mf", "-o", "a.obj"],
+        ),
+        4,
+    );
+    assert!(
+        told.contains("out of memory") || told.contains("would fit"),
+        "{told}"
+    );
+    assert_eq!(desk.files(), before);
+    // What fits is none the worse for the bound.
+    check(
+        &under(
+            "-v 500000",
+            &desk,
+            &["extract", "plate.obj", "-j", "2", "-o", "b.obj"],
+        ),
+        0,
+    );
+}
+
+/// Files of every format, larger than the memory that a process has left.
+#[cfg(target_os = "linux")]
+#[test]
+fn readers_keep_within_the_memory_of_the_process() {
+    let desk = Desk::new();
+    let lines = |line: &str| line.repeat((60 << 20) / line.len());
+    let binary = |head: &[u8]| [head, &vec![0x3f; 60 << 20]].concat();
+    let triangles = (60_u32 << 20) / 50;
+    let mut stl = vec![0; 84 + 50 * triangles as usize];
+    stl[80..84].copy_from_slice(&triangles.to_le_bytes());
+    for (name, content) in [
+        ("a.obj", lines("v 1 2 3\nf 1 1 1\n").into_bytes()),
+        ("a.stl", stl),
+        (
+            "a.off",
+            format!("OFF\n9000000 1 0\n{}", lines("1 2 3\n")).into_bytes(),
+        ),
+        (
+            "a.ply",
+            binary(
+                b"ply\nformat binary_little_endian 1.0\nelement vertex 5000000\n\
+                  property float x\nproperty float y\nproperty float z\nend_header\n",
+            ),
+        ),
+        (
+            "a.msh",
+            format!(
+                "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n9000000\n{}",
+                lines("1 2 3 4\n")
+            )
+            .into_bytes(),
+        ),
+        (
+            "a.inp",
+            format!("*NODE\n{}", lines("1, 2, 3, 4\n")).into_bytes(),
+        ),
+        ("a.bdf", lines("GRID,1,,1.,2.,3.\n").into_bytes()),
+        (
+            "a.gltf",
+            format!("{{\"nodes\": [{}]}}", lines("{},").trim_end_matches(',')).into_bytes(),
+        ),
+        ("a.3mf", binary(b"PK\x03\x04")),
+    ] {
+        desk.put(name, content);
+        let output = under("-v 500000", &desk, &["info", name]);
+        let code = output.status.code();
+        assert!(matches!(code, Some(0 | 2 | 4)), "{name}: {code:?}");
+        let told = check(&output, code.unwrap());
+        assert!(!told.contains("panicked"), "{name}: {told}");
+        std::fs::remove_file(desk.path(name)).unwrap();
+    }
+}

@@ -26,6 +26,7 @@ fn bad(mesh: &TriMesh) -> PartError {
 const OPEN: PartOptions = PartOptions {
     allow_open: true,
     weld: None,
+    repair: false,
 };
 
 #[test]
@@ -147,6 +148,7 @@ fn split_vertices_are_welded() {
         let options = PartOptions {
             allow_open: false,
             weld: Some(tolerance),
+            ..PartOptions::default()
         };
         build(&rough, options)
     };
@@ -206,6 +208,7 @@ fn shells_that_touch_along_an_edge_pass_with_a_warning() {
     let options = PartOptions {
         allow_open: false,
         weld: Some(1e-9),
+        ..PartOptions::default()
     };
     let (part, warnings) = build(&mesh, options).unwrap();
     assert!(part.is_closed());

@@ -3,7 +3,9 @@
 
 use glam::DVec3;
 use midsurf::io::MeshFormat;
-use midsurf::io::write::{Dialect, ShellFormat, ShellOptions, write_shell};
+use midsurf::io::write::{
+    Dialect, ShellFormat, ShellOptions, WriteError, stage_shell, write_shell,
+};
 use midsurf::mesh::FaceId;
 use midsurf::shell::{Faces, Order, ShellModel, ShellSettings};
 
@@ -36,6 +38,16 @@ fn decks_come_back_with_positions_and_triangles() {
         ] {
             let loaded = read(reader, &written(&model, format)).unwrap();
             assert_eq!(loaded.mesh.triangles.len(), surface.triangles().len());
+            // Thickness too, of every corner.
+            for &v in loaded.mesh.triangles.iter().flatten() {
+                let at = loaded.mesh.positions[v as usize];
+                let own = model.nodes.iter().find(|n| n.position.distance(at) < 1e-13);
+                let thickness = loaded.values.thickness[v as usize];
+                assert!(
+                    (thickness - own.unwrap().thickness).abs() < 1e-6,
+                    "{format:?}"
+                );
+            }
             // Some decks list elements sheet by sheet, some by number.
             for face in (0..3).map(FaceId) {
                 let corners = loaded.mesh.corners(face);
@@ -249,4 +261,36 @@ fn the_template_holds_one_end_and_loads_the_other() {
         .map(|l| l.rsplit(", ").next().unwrap().parse::<f64>().unwrap())
         .sum();
     assert!((sum + 1.0).abs() < 1e-9, "{sum}");
+}
+
+/// Numbers that are none are refused before anything is written, in every format.
+#[test]
+fn no_model_is_written_with_numbers_that_are_not_finite() {
+    let sound = model(Order::Linear);
+    let desk = Desk::new();
+    let spoil: [fn(&mut ShellModel); 4] = [
+        |m| m.nodes[2].position.y = f64::NAN,
+        |m| m.nodes[2].thickness = f64::INFINITY,
+        |m| m.normals.iter_mut().for_each(|n| n.z = f64::NAN),
+        |m| m.nodes[2].position.x = f64::NEG_INFINITY,
+    ];
+    for name in ["a.inp", "a.bdf", "a.msh", "a.glb"] {
+        let file = desk.path(name);
+        assert!(stage_shell(&sound, &file, ShellOptions::default()).is_ok());
+        for spoil in spoil {
+            let mut model = sound.clone();
+            spoil(&mut model);
+            let error = stage_shell(&model, &file, ShellOptions::default()).unwrap_err();
+            assert!(
+                matches!(error, WriteError::NotFinite { .. }),
+                "{name}: {error}"
+            );
+        }
+    }
+    // What single precision does not hold is none either.
+    let mut large = sound.clone();
+    large.nodes[2].position.x = 1e39;
+    assert!(stage_shell(&large, &desk.path("a.glb"), ShellOptions::default()).is_err());
+    assert!(stage_shell(&large, &desk.path("a.inp"), ShellOptions::default()).is_ok());
+    assert_eq!(desk.files().len(), 0);
 }

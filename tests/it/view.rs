@@ -101,6 +101,24 @@ fn what_is_tagged_is_saved_and_extracted() {
     let (status, page) = view.ask("GET", "mid.html", b"");
     assert!(status == 200 && page.starts_with(b"<!DOCTYPE html>"));
 
+    // What is tagged since then is what a page and a reload show, saved or not.
+    let coping = |pack: &[u8]| -> usize {
+        let text = String::from_utf8_lossy(pack);
+        assert!(text.contains("coping"));
+        pack.len()
+    };
+    let before = view.ask("GET", "part", b"").1;
+    let fewer: Vec<u8> = (0..body.len()).map(|n| u8::from(n == 0)).collect();
+    assert_eq!(view.ask("POST", "tags", &fewer).0, 200);
+    let after = view.ask("GET", "part", b"").1;
+    assert_eq!(coping(&before), coping(&after));
+    assert_ne!(before, after);
+    assert_ne!(view.ask("GET", "mid.html", b"").1, page);
+    assert_eq!(view.ask("POST", "tags", &body).0, 200);
+    assert_eq!(view.ask("GET", "part", b"").1, before);
+    assert_eq!(view.ask("GET", "mid.html", b"").1, page);
+    assert_eq!(view.ask("POST", "tags", b"1").0, 413);
+
     assert_eq!(view.ask("POST", "save", &body).0, 200);
     let saved = folder.path().join("plate.coping.toml");
     let read = midsurf::coping::read_tags(&saved, &loaded, &part).unwrap();
@@ -194,4 +212,48 @@ fn one_file_holds_the_page() {
     let text = std::fs::read_to_string(&page).unwrap();
     assert!(text.contains("id=\"pack-part\"") && text.contains("id=\"pack-mid\""));
     assert!(!text.contains("src=") && !text.contains("://"));
+}
+
+/// Thickness is told at points of the part before anything is extracted, and cells are
+/// counted about right.
+#[test]
+fn walls_are_measured_where_they_are_pointed_at() {
+    let (_folder, part) = plate();
+    let view = View::of(&part);
+    let told = |query: &str| -> serde_json::Value {
+        let (status, body) = view.ask("GET", query, b"");
+        assert_eq!(status, 200, "{query}");
+        serde_json::from_slice(&body).unwrap()
+    };
+    let mesh = midsurf::io::read_mesh(&part).unwrap().mesh;
+    let large = mesh
+        .faces()
+        .max_by(|&f, &g| mesh.triangle_area(f).total_cmp(&mesh.triangle_area(g)));
+    let face = large.unwrap();
+    let at = mesh.corners(face).iter().sum::<glam::DVec3>() / 3.0;
+    let query = format!("thickness?{},{},{},{}", face.0, at.x, at.y, at.z);
+    assert!(told(&query)["thickness"].is_null());
+    let measured = told("measure");
+    let thickness = told(&query)["thickness"].as_f64().unwrap();
+    assert!((thickness - measured["thickness"].as_f64().unwrap()).abs() < 1e-9);
+    for query in ["thickness?", "thickness?1,2,3", "thickness?x,0,0,0"] {
+        assert_eq!(view.ask("GET", query, b"").0, 400, "{query}");
+    }
+    assert!(told("thickness?999999,0,0,0")["thickness"].is_null());
+    assert!(told("thickness?0,nan,0,0")["thickness"].is_null());
+
+    let loaded = midsurf::io::read_mesh(&part).unwrap();
+    let tags = midsurf::coping::read_tags(fixture("plate.coping.txt"), &loaded, &part).unwrap();
+    let flags: Vec<u8> = tags.flags.iter().map(|&flag| u8::from(flag)).collect();
+    assert_eq!(view.ask("POST", "tags", &flags).0, 200);
+    let measured = told("measure");
+    let (_, lines) = view.ask("POST", "extract?cell=1t", &flags);
+    let text = String::from_utf8(lines).unwrap();
+    let last: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    let cells = last["result"]["cells"].as_f64().unwrap();
+    let counted = measured["cells_at_thickness"].as_f64().unwrap();
+    assert!(
+        (0.5..2.0).contains(&(counted / cells)),
+        "{counted} of {cells}"
+    );
 }

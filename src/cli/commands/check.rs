@@ -5,11 +5,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::check::{Check, LEAST_ANGLE, Limits, Measure, Outcome};
-use midsurf::io::quote::shown_path;
 use midsurf::io::read_any_surface;
 use midsurf::io::write::stage_fields;
-use midsurf::mesh::PartOptions;
-use midsurf::surface::MidSurface;
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
@@ -17,15 +14,12 @@ use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, print_warnings};
 use crate::cli::shared::numbers::{figure, positive};
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::Envelope;
 use crate::cli::shared::run::RunArgs;
 
 /// Places that a report states of each measure; all are counted.
 const PLACES_SHOWN: usize = 100;
-
-/// Largest part of the surface's box that may lie outside the part's, in
-/// diagonals of the part, for the two to belong together.
-const SAME_PLACE: f64 = 0.5;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -69,6 +63,10 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
+    #[command(flatten)]
     run: RunArgs,
 }
 
@@ -96,10 +94,11 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     args.run
         .check_names(&inputs, args.output.iter().cloned().collect())?;
     let start = Instant::now();
-    let progress = args.run.start();
-    let input = Input::read(&args.part, &args.coping, PartOptions::default())?;
+    let progress = args.run.start()?;
+    let reading = (&args.reading, Some(&args.select));
+    let input = Input::read(&args.part, &args.coping, reading, false)?;
     let (surface, with_thickness) = read_any_surface(&args.model).map_err(Failure::input)?;
-    belongs(&args, &input, &surface)?;
+    input.owns(&args.model, &surface)?;
     progress.show("checking", 0, 0);
     let limits = Limits {
         tolerance: args.tolerance,
@@ -128,11 +127,14 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "vertices": surface.vertices().len(),
             "triangles": surface.triangles().len(),
         }),
-        settings: json!({
-            "tolerance": args.tolerance,
-            "near_seams": args.near_seams,
-            "fail_on": args.fail_on.iter().flatten().map(|m| m.name()).collect::<Vec<_>>(),
-        }),
+        settings: args.reading.beside(
+            Some(&args.select),
+            json!({
+                "tolerance": args.tolerance,
+                "near_seams": args.near_seams,
+                "fail_on": args.fail_on.iter().flatten().map(|m| m.name()).collect::<Vec<_>>(),
+            }),
+        ),
         seconds: json!(start.elapsed().as_secs_f64()),
         outputs: args.output.iter().map(PathBuf::as_path).collect(),
         warnings: input.warnings.iter().collect(),
@@ -153,28 +155,6 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         say(format_args!("failed: {}", outcome.measure.name()));
     }
     Ok(ExitCode::from(u8::from(!fails.is_empty())))
-}
-
-/// Refuses a model that is elsewhere, or of another size: of another part or in
-/// another unit.
-fn belongs(args: &Args, input: &Input, surface: &MidSurface) -> Result<(), Failure> {
-    let (part, model) = (input.part.bounds(), surface.mesh().bounds());
-    let reach = SAME_PLACE * part.diagonal();
-    let inside = part.grown(reach);
-    let apart = !inside.contains(model.min) || !inside.contains(model.max);
-    if apart || model.diagonal() < 0.01 * part.diagonal() {
-        return Err(Failure::usage(
-            format!(
-                "{}: does not belong to {}: its box is {} by its diagonal, that of the part {}",
-                shown_path(&args.model),
-                shown_path(&args.part),
-                figure(model.diagonal()),
-                figure(part.diagonal())
-            ),
-            "check that both are of one part, in one unit and one place",
-        ));
-    }
-    Ok(())
 }
 
 fn told(outcome: &Outcome) -> Value {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use midsurf::mesh::{Part, PartOptions, Simplify, TriMesh};
+use midsurf::mesh::{Part, Simplify, TriMesh};
 use midsurf::offset::Work;
 use midsurf::offset::{Offset, OffsetError, OffsetWarning, Settings, Voids, offset};
 use midsurf::settings::cell::{CellSize, Scale};
@@ -20,6 +20,7 @@ use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::solid::{SolidArgs, summary};
@@ -27,7 +28,7 @@ use crate::cli::shared::solid::{SolidArgs, summary};
 /// Flags of `offset` and `hollow`.
 #[derive(clap::Args)]
 pub(crate) struct ClosedPartArgs {
-    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Cell size: a length, `1%` (of the part's diagonal), or auto (256 cells along the result)
     #[arg(
@@ -42,9 +43,10 @@ pub(crate) struct ClosedPartArgs {
     tolerance: Option<f64>,
     #[command(flatten)]
     solid: SolidArgs,
-    /// Merge vertices of the part within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
-    weld: Option<f64>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
     /// Fewer triangles where the offset is flat or bends one way, within the tolerance
     #[arg(long)]
     simplify: bool,
@@ -82,12 +84,9 @@ pub(crate) fn run(
     let inputs = [(args.part.as_path(), "part")];
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = args.run.start();
-    let options = PartOptions {
-        allow_open: false,
-        weld: args.weld,
-    };
-    let mut input = Input::read(&args.part, &CopingSource::None, options)?;
+    let progress = args.run.start()?;
+    let reading = (&args.reading, Some(&args.select));
+    let mut input = Input::read(&args.part, &CopingSource::None, reading, false)?;
     // Tags have no meaning here, so none are missing.
     input.warnings.retain(|warning| warning.code != "no_coping");
     let read_seconds = start.elapsed().as_secs_f64();
@@ -127,18 +126,20 @@ pub(crate) fn run(
             "area": input.part.area(),
             "voids": result.voids,
         }),
-        settings: json!({
-            "distance": distance,
-            "cell": args.cell,
-            "cell_length": settings.cell,
-            "tolerance": settings.tolerance,
-            "precision": settings.precision,
-            "memory_limit": args.memory.memory_limit,
-            "weld": args.weld,
-            "voids": settings.voids,
-            "simplify": args.simplify || args.triangles.is_some(),
-            "wanted_triangles": args.triangles,
-        }),
+        settings: args.reading.beside(
+            Some(&args.select),
+            json!({
+                "distance": distance,
+                "cell": args.cell,
+                "cell_length": settings.cell,
+                "tolerance": settings.tolerance,
+                "precision": settings.precision,
+                "memory_limit": args.memory.memory_limit,
+                "voids": settings.voids,
+                "simplify": args.simplify || args.triangles.is_some(),
+                "wanted_triangles": args.triangles,
+            }),
+        ),
         seconds: json!(seconds),
         outputs: args.solid.outputs(),
         warnings: warnings.iter().collect(),
@@ -201,6 +202,7 @@ impl ClosedPartArgs {
             side: SideArg::Inner,
             cell: self.cell,
             tolerance: self.tolerance,
+            fill: None,
             solid: self.solid,
             memory: self.memory,
             run: self.run,
@@ -305,5 +307,5 @@ fn explain(warning: OffsetWarning, distance: f64) -> Warning {
                 .to_owned(),
         ),
     };
-    Warning { code, message }
+    Warning::new(code, message)
 }

@@ -66,7 +66,7 @@ pub(crate) fn man(args: &ManArgs, mut whole: Command) -> Result<ExitCode, Failur
     print(&text)
 }
 
-fn print(text: &[u8]) -> Result<ExitCode, Failure> {
+pub(super) fn print(text: &[u8]) -> Result<ExitCode, Failure> {
     let mut out = io::stdout().lock();
     out.write_all(text)?;
     out.flush()?;

@@ -13,9 +13,10 @@ use serde_json::{Value, json};
 
 use crate::cli::shared::coping::{facets, shown_ranges};
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{Warning, load, print_warnings};
+use crate::cli::shared::input::{Warning, print_warnings};
 use crate::cli::shared::numbers::figure;
 use crate::cli::shared::pool;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::{check_names, check_suffix};
 
@@ -36,7 +37,7 @@ Exit codes: 0 done, 2 wrong usage or bad input.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Tag file to write: TOML if the name ends in .toml, else text
     #[arg(short, long, value_name = "FILE")]
@@ -55,6 +56,10 @@ pub(crate) struct Args {
     /// Write all faces, scores and reasons as JSON; `-` for stdout
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
 }
 
 pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
@@ -68,7 +73,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     pool::start(None);
     let start = Instant::now();
-    let (loaded, warnings) = load(&args.part)?;
+    let (loaded, warnings) = args.reading.load(&args.part, Some(&args.select))?;
     print_warnings(&warnings);
     let options = Options {
         samples: args.samples as usize,

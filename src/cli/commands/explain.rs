@@ -10,8 +10,9 @@ use serde_json::{Value, json};
 
 use crate::cli::shared::coping::{CopingSource, facets, shown_ranges};
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{load, load_tags, print_warnings};
+use crate::cli::shared::input::{load_tags, print_warnings};
 use crate::cli::shared::pool;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::named;
 
 const EXAMPLES: &str = "\
@@ -29,13 +30,17 @@ Exit codes: 0 done, 2 wrong usage or bad input.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// The tag file, `auto` or `none`
     tags: CopingSource,
     /// Print JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
 }
 
 /// A face and what the tags make of it.
@@ -91,7 +96,7 @@ impl Explained<'_> {
 
 pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     pool::start(None);
-    let (loaded, mut warnings) = load(&args.part)?;
+    let (loaded, mut warnings) = args.reading.load(&args.part, Some(&args.select))?;
     let (coping, more) = load_tags(&args.tags, &loaded, &args.part)?;
     warnings.extend(
         more.into_iter()

@@ -7,7 +7,6 @@ use std::time::Instant;
 
 use midsurf::extract::{Extraction, extract};
 use midsurf::io::write::{ShellFormat, Staged, SurfaceOptions, files_for, stage, stage_surface};
-use midsurf::mesh::PartOptions;
 use midsurf::shell::Faces;
 use midsurf::surface::listing::listing;
 
@@ -20,6 +19,9 @@ use crate::cli::shared::numbers::figure;
 use midsurf::io::quote::{shown, shown_path};
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    if let Some(which) = args.shard {
+        return super::merge::run_shard(&args, which);
+    }
     check_names(&args)?;
     if args.list && args.run.reports_to_stdout() {
         return Err(Failure::usage(
@@ -28,12 +30,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         ));
     }
     let start = Instant::now();
-    let progress = args.run.start();
-    let options = PartOptions {
-        allow_open: args.allow_open,
-        weld: args.weld,
-    };
-    let input = Input::read(&args.part, &args.coping, options)?;
+    let progress = args.run.start()?;
+    let reading = (&args.reading, Some(&args.select));
+    let input = Input::read(&args.part, &args.coping, reading, args.allow_open)?;
     let read = start.elapsed().as_secs_f64();
     if !args.run.quiet {
         progress.aside(|| print_warnings(&input.warnings));
@@ -59,7 +58,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     };
     let (models, model) = args
         .shell
-        .stage(&input, &result.surface, &faces, &args.output)?;
+        .stage(Some(&input), &result.surface, &faces, &args.output)?;
     staged.extend(models);
     let seconds = Seconds {
         read,

@@ -4,11 +4,13 @@ use std::path::PathBuf;
 
 use midsurf::extract::{DEFAULT_ANGLE, Settings};
 use midsurf::settings::cell::CellSize;
+use midsurf::shard::ShardOf;
 
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::elements::ElementArgs;
 use crate::cli::shared::memory::MemoryArgs;
-use crate::cli::shared::numbers::{angle, positive};
+use crate::cli::shared::numbers::angle;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::shell::ShellArgs;
 
@@ -30,8 +32,9 @@ web a quarter as thick as the wall that it stands on still has 28 degrees there.
 Fins into sharp outer corners are dropped at any angle, unless --keep-fins.
 
 Features smaller than two cells (a vent, a small hole) may be closed over; the
-report says which. A cell so small that the lattice would need more than
---memory-limit is refused, with the smallest cell that fits.
+report says which. A cell so small that the result would need more than
+--memory-limit is refused, with the smallest cell that fits; --shard and
+`midsurf merge` spread the work over machines.
 
 An open part is refused;
 --allow-open goes on all the same, but inside and outside are then guesses near
@@ -44,7 +47,7 @@ Exit codes: 0 done, 1 done but the result has cracks, 2 wrong usage or bad input
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     pub(crate) part: PathBuf,
     /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
     /// find them, or `none`
@@ -70,6 +73,9 @@ pub(crate) struct Args {
     /// Output file; repeat for several formats
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
+    /// Compute one of several shards and write it to -o FILE.shard, to be joined by `midsurf merge`
+    #[arg(long, value_name = "N/COUNT")]
+    pub(crate) shard: Option<ShardOf>,
     /// Print all sheets, seams, borders and junctions to stdout, sorted by place
     #[arg(long)]
     pub(crate) list: bool,
@@ -79,9 +85,10 @@ pub(crate) struct Args {
     /// Go on when the part has gaps
     #[arg(long)]
     pub(crate) allow_open: bool,
-    /// Merge vertices of the part within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
-    pub(crate) weld: Option<f64>,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
+    #[command(flatten)]
+    pub(crate) select: SelectArgs,
     #[command(flatten)]
     pub(crate) elements: ElementArgs,
     #[command(flatten)]

@@ -4,14 +4,13 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use midsurf::extract::{Extraction, Work};
-use midsurf::surface::listing::{Summary, summary};
-use midsurf::surface::thickness::Thickness;
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::detect::detection_json;
 use super::extract_args::Args;
 use super::missed;
+use crate::cli::shared::figures::{Figures, counted, listed, place};
 use crate::cli::shared::input::{Input, Warning};
 use crate::cli::shared::memory::{Bytes, peak};
 use crate::cli::shared::numbers::figure;
@@ -19,9 +18,6 @@ use crate::cli::shared::report::{Envelope, named};
 
 /// Cracks that the report states with their place; all are counted.
 const CRACKS_SHOWN: usize = 1000;
-
-/// Places that a warning names before the list is cut short.
-const PLACES_NAMED: usize = 5;
 
 /// Wall-clock seconds that the command itself measured.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -43,8 +39,7 @@ impl Seconds {
 
 /// What is worth telling of an extraction.
 pub(crate) struct Report {
-    figures: Summary,
-    thickness: Option<Thickness>,
+    figures: Figures,
     seconds: Seconds,
     peak: Option<Bytes>,
     /// Those of the result; the input has its own.
@@ -56,8 +51,7 @@ impl Report {
         let mut warnings = warnings(result);
         warnings.extend(missed::warnings(input, result));
         Report {
-            figures: summary(&result.surface, &result.graph),
-            thickness: Thickness::of(&result.surface),
+            figures: Figures::of(&result.surface, &result.graph),
             warnings,
             seconds,
             peak: peak(),
@@ -73,6 +67,7 @@ impl Report {
             command: "extract",
             input: json!({
                 "part": named(&input.file),
+                "unit": input.unit,
                 "sha256": input.sha256,
                 "geometry": input.geometry,
                 "coping": args.coping,
@@ -85,17 +80,19 @@ impl Report {
                 "max": bounds.max,
                 "coping_rules": input.rules.len(),
             }),
-            settings: json!({
-                "cell": args.cell,
-                "cell_length": work.cell,
-                "angle": args.angle,
-                "keep_fins": args.keep_fins,
-                "elements": args.elements.settings(),
-                "memory_limit": args.memory.memory_limit,
-                "allow_open": args.allow_open,
-                "weld": args.weld,
-                "obj_lines": args.obj_lines,
-            }),
+            settings: args.reading.beside(
+                Some(&args.select),
+                json!({
+                    "cell": args.cell,
+                    "cell_length": work.cell,
+                    "angle": args.angle,
+                    "keep_fins": args.keep_fins,
+                    "elements": args.elements.settings(),
+                    "memory_limit": args.memory.memory_limit,
+                    "allow_open": args.allow_open,
+                    "obj_lines": args.obj_lines,
+                }),
+            ),
             seconds: json!({
                 "read": self.seconds.read,
                 "field": work.field_seconds,
@@ -110,7 +107,7 @@ impl Report {
         }
         .around(json!({
             "coping": input.detection.as_ref().map(detection_json),
-            "result": self.result(result),
+            "result": self.figures.json(&result.surface, graph),
             "cracks": cracks.len(),
             "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],
             "closed_over": result.closed_over,
@@ -123,98 +120,17 @@ impl Report {
                 "queries_per_edge": work.counts.queries_per_edge,
                 "lost": work.counts.lost,
                 "matched": work.counts.matched,
+                "torn": work.counts.torn,
                 "unsettled": work.counts.unsettled,
                 "remeshing": work.edits,
             },
         }))
     }
 
-    /// What came out.
-    fn result(&self, result: &Extraction) -> Value {
-        let Extraction { surface, graph, .. } = result;
-        let seams = surface.seams().iter().zip(graph.seams());
-        let seams = seams.map(|(line, data)| {
-            json!({
-                "sheets": line.sheets,
-                "length": data.length,
-                "closed": line.closed,
-                "ends": data.ends,
-            })
-        });
-        let borders = surface.borders().iter().zip(graph.borders());
-        let borders = borders.map(|(line, data)| {
-            json!({
-                "sheet": line.sheet,
-                "kind": line.kind,
-                "length": data.length,
-                "closed": line.closed,
-            })
-        });
-        let Summary {
-            counts,
-            area,
-            seam_length,
-            coping_border_length,
-            fading_border_length,
-            quality,
-            sheets,
-            ..
-        } = &self.figures;
-        json!({
-            "counts": counts,
-            "area": area,
-            "seam_length": seam_length,
-            "coping_border_length": coping_border_length,
-            "fading_border_length": fading_border_length,
-            "thickness": self.thickness,
-            "quality": quality,
-            "sheets": sheets,
-            "seams": seams.collect::<Vec<Value>>(),
-            "borders": borders.collect::<Vec<Value>>(),
-        })
-    }
-
     /// The report in lines for stderr.
     pub(crate) fn summary(&self, result: &Extraction, verbose: u8) -> Vec<String> {
         let Extraction { work, graph, .. } = result;
-        let cracks = graph.cracks();
-        let Summary { counts, .. } = &self.figures;
-        let mut lines = vec![
-            format!(
-                "sheets       {}, area {}",
-                counts.sheets,
-                figure(self.figures.area)
-            ),
-            format!(
-                "seams        {}",
-                with_length(counts.seams, self.figures.seam_length)
-            ),
-            format!("junctions    {}", counts.junctions),
-            format!(
-                "borders      {} coping, {} fading, in {}",
-                with_length(counts.coping_borders, self.figures.coping_border_length),
-                with_length(counts.fading_borders, self.figures.fading_border_length),
-                counted(counts.boundary_components, "connected piece"),
-            ),
-            format!("creases      {}", counts.creases),
-            format!("cracks       {}", cracks.len()),
-        ];
-        if let Some(t) = self.thickness {
-            let [min, median, max] = [t.min, t.p50, t.max].map(figure);
-            lines.push(format!("thickness    {min} to {max}, median {median}"));
-        }
-        lines.push(format!(
-            "mesh         {} vertices, {} triangles, {}, Euler characteristic {}",
-            counts.vertices,
-            counts.triangles,
-            counted(counts.components, "component"),
-            counts.euler
-        ));
-        let angles = self.figures.quality;
-        lines.push(format!(
-            "angles       smallest {:.1} degrees, 1 % below {:.1}, median {:.1}",
-            angles.least, angles.percentile_1, angles.median
-        ));
+        let mut lines = self.figures.lines(graph);
         lines.push(format!(
             "cell         {}, {} active",
             figure(work.cell),
@@ -240,7 +156,7 @@ impl Report {
             lines.push(format!("memory       {peak} at the peak"));
         }
         if verbose > 0 {
-            for (number, sheet) in self.figures.sheets.iter().enumerate() {
+            for (number, sheet) in self.figures.summary.sheets.iter().enumerate() {
                 let [area, min, max] =
                     [sheet.area, sheet.thickness.min, sheet.thickness.max].map(figure);
                 lines.push(format!(
@@ -253,7 +169,7 @@ impl Report {
                 "lattice      {} tetrahedra, {} faces, {} edges solved",
                 work.counts.tetrahedra, work.counts.faces, work.counts.edges
             ));
-            for crack in cracks {
+            for crack in graph.cracks() {
                 lines.push(format!(
                     "crack        at {}, {} long",
                     place(crack.at),
@@ -269,7 +185,7 @@ impl Report {
 fn warnings(result: &Extraction) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let mut warn = |code, message: String| {
-        warnings.push(Warning { code, message });
+        warnings.push(Warning::new(code, message));
     };
     if result.solid.is_some() {
         warn(
@@ -331,6 +247,15 @@ fn warnings(result: &Extraction) -> Vec<Warning> {
             ),
         );
     }
+    if result.work.counts.torn > 0 {
+        warn(
+            "torn",
+            format!(
+                "sheets stop where no wall ends at {}: the border there is where following stopped; a smaller --cell may follow on",
+                counted(result.work.counts.torn, "place")
+            ),
+        );
+    }
     if result.work.counts.unsettled > 0 {
         warn(
             "unsettled",
@@ -355,32 +280,4 @@ fn warnings(result: &Extraction) -> Vec<Warning> {
         );
     }
     warnings
-}
-
-/// The first few of some places.
-fn listed(places: impl ExactSizeIterator<Item = DVec3>) -> String {
-    let more = if places.len() > PLACES_NAMED {
-        " and more"
-    } else {
-        ""
-    };
-    let places: Vec<String> = places.take(PLACES_NAMED).map(place).collect();
-    format!("{}{more}", places.join(" "))
-}
-
-fn place(p: DVec3) -> String {
-    let [x, y, z] = p.to_array().map(figure);
-    format!("({x}, {y}, {z})")
-}
-
-fn with_length(count: usize, length: f64) -> String {
-    match count {
-        0 => "0".to_owned(),
-        _ => format!("{count} of length {}", figure(length)),
-    }
-}
-
-/// A number with its noun.
-fn counted(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

@@ -6,7 +6,6 @@ use std::process::ExitCode;
 
 use midsurf::inspect::{Shape, WallThickness, Walls};
 use midsurf::io::write::{Scalars, stage_scalars};
-use midsurf::mesh::PartOptions;
 use serde::Serialize;
 
 use crate::cli::shared::coping::CopingSource;
@@ -14,8 +13,10 @@ use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::numbers::figure;
 use crate::cli::shared::pool;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::named;
 use crate::cli::shared::run::{check_names, check_suffix};
+use midsurf::io::Unit;
 use midsurf::io::quote::{shown, shown_path};
 
 const EXAMPLES: &str = "\
@@ -39,15 +40,16 @@ const NAMES_SHOWN: usize = 20;
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
     /// find them, or `none`
     #[arg(long, value_name = "FILE", default_value = "auto")]
     coping: CopingSource,
-    /// Merge vertices within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive)]
-    weld: Option<f64>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
     /// Fail, with exit code 1, if a wall is thinner than this
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive)]
     min_wall: Option<f64>,
@@ -67,6 +69,7 @@ struct Info {
     facets: usize,
     #[serde(flatten)]
     shape: Shape,
+    unit: Option<Unit>,
     groups: Vec<String>,
     objects: Vec<String>,
     materials: Vec<String>,
@@ -86,11 +89,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         args.output.iter().map(|file| (file.clone(), "map")),
     )?;
     pool::start(None);
-    let options = PartOptions {
-        allow_open: true,
-        weld: args.weld,
-    };
-    let mut input = Input::read(&args.part, &args.coping, options)?;
+    let reading = (&args.reading, Some(&args.select));
+    let mut input = Input::read(&args.part, &args.coping, reading, true)?;
     // Where no tags were asked for none are missing; and what `info` says does
     // not hang on single faces.
     let asked = args.coping != CopingSource::None;
@@ -148,6 +148,7 @@ impl Info {
             geometry: input.geometry.clone(),
             facets: input.facets,
             shape: Shape::of(&input.part),
+            unit: input.unit,
             groups: unique(sets.iter().flat_map(|set| set.groups.clone())),
             objects: unique(sets.iter().filter_map(object)),
             materials: unique(sets.iter().filter_map(material)),
@@ -200,6 +201,9 @@ impl Info {
             figure(b[2] - a[2]),
             figure(shape.diagonal)
         )?;
+        if let Some(unit) = self.unit {
+            writeln!(out, "unit         {unit}")?;
+        }
         match &self.thickness {
             Some(t) => writeln!(
                 out,

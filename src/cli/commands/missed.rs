@@ -37,12 +37,12 @@ pub(crate) fn warnings(input: &Input, result: &Extraction) -> Vec<Warning> {
             };
             let [x, y, z] = tag.end.at.to_array().map(figure);
             let triangles = shown_ranges(&facets(&input.source, &tag.triangles));
-            Warning {
-                code: "missed_coping",
-                message: format!(
+            Warning::new(
+                "missed_coping",
+                format!(
                     "{what} at ({x}, {y}, {z}), before triangles {triangles}: they look like the end of a wall but are not tagged as coping"
                 ),
-            }
+            )
         })
         .collect()
 }

@@ -122,7 +122,7 @@ pub(super) fn run_as(command: &str, args: Args) -> Result<ExitCode, Failure> {
     }
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = args.run.start();
+    let progress = args.run.start()?;
     let source = args.source()?;
     let surface = &source.surface;
     let read_seconds = start.elapsed().as_secs_f64();
@@ -202,10 +202,7 @@ impl Args {
     }
 
     fn warning(&self, code: &'static str, message: &str) -> Warning {
-        Warning {
-            code,
-            message: format!("{}: {message}", shown_path(&self.surface)),
-        }
+        Warning::new(code, format!("{}: {message}", shown_path(&self.surface)))
     }
 
     fn source(&self) -> Result<Source, Failure> {

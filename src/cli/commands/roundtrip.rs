@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use midsurf::extract::{self, DEFAULT_ANGLE};
 use midsurf::io::write::{SolidFormat, stage_deviation, stage_solid};
-use midsurf::mesh::PartOptions;
 use midsurf::roundtrip::{
     Comparison, RoundTrip, RoundTripError, Settings, deviation_map, roundtrip,
 };
@@ -21,6 +20,7 @@ use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::{Input, Warning, print_warnings};
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::figure;
+use crate::cli::shared::reading::ReadingArgs;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 
@@ -46,7 +46,7 @@ input, 4 no usable result.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part: a closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Coping tags: a file (text, or TOML if the name ends in .toml), `auto` to
     /// find them, or `none`
@@ -83,9 +83,8 @@ pub(crate) struct Args {
     /// Write the solid (.stl, .obj, .ply)
     #[arg(long, value_name = "FILE")]
     solid: Option<PathBuf>,
-    /// Merge vertices of the part within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
-    weld: Option<f64>,
+    #[command(flatten)]
+    reading: ReadingArgs,
     #[command(flatten)]
     memory: MemoryArgs,
     #[command(flatten)]
@@ -101,12 +100,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let files = args.output.iter().chain(&args.solid).cloned().collect();
     args.run.check_names(&inputs, files)?;
     let start = Instant::now();
-    let progress = args.run.start();
-    let options = PartOptions {
-        allow_open: false,
-        weld: args.weld,
-    };
-    let mut input = Input::read(&args.part, &args.coping, options)?;
+    let progress = args.run.start()?;
+    let mut input = Input::read(&args.part, &args.coping, (&args.reading, None), false)?;
     let settings = Settings {
         extract: extract::Settings {
             cell: args.cell,
@@ -128,10 +123,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut warnings = std::mem::take(&mut input.warnings);
     warnings.extend(result.solid.warnings.iter().map(|warning| {
         let (code, message) = explain(*warning);
-        Warning {
-            code,
-            message: message.to_owned(),
-        }
+        Warning::new(code, message.to_owned())
     }));
 
     progress.show("writing", 0, 0);
@@ -156,15 +148,17 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "volume": input.part.volume(),
             "area": input.part.area(),
         }),
-        settings: json!({
-            "cell": args.cell,
-            "cell_length": result.extraction.work.cell,
-            "angle": args.angle,
-            "solid_cell_length": result.solid_settings.cell,
-            "solid_tolerance": result.solid_settings.tolerance,
-            "memory_limit": args.memory.memory_limit,
-            "weld": args.weld,
-        }),
+        settings: args.reading.beside(
+            None,
+            json!({
+                "cell": args.cell,
+                "cell_length": result.extraction.work.cell,
+                "angle": args.angle,
+                "solid_cell_length": result.solid_settings.cell,
+                "solid_tolerance": result.solid_settings.tolerance,
+                "memory_limit": args.memory.memory_limit,
+            }),
+        ),
         seconds: json!(start.elapsed().as_secs_f64()),
         outputs: args
             .output

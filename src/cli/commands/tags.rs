@@ -14,9 +14,10 @@ use serde_json::json;
 use super::{detect, explain};
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{load, load_tags, print_warnings};
+use crate::cli::shared::input::{load_tags, print_warnings};
 use crate::cli::shared::numbers::figure;
 use crate::cli::shared::pool;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::named;
 use crate::cli::shared::run::{check_names, check_suffix};
 
@@ -47,6 +48,10 @@ pub(crate) struct Args {
     action: Option<Action>,
     #[command(flatten)]
     show: Option<ShowArgs>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
 }
 
 /// What to do with tags, besides showing them.
@@ -58,7 +63,7 @@ enum Action {
 
 #[derive(clap::Args)]
 struct ShowArgs {
-    /// The part (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// The tag file: text, or TOML if its name ends in .toml
     tags: PathBuf,
@@ -74,7 +79,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     match (args.action, args.show) {
         (Some(Action::Detect(args)), _) => detect::run(&args),
         (Some(Action::Explain(args)), _) => explain::run(&args),
-        (None, Some(args)) => show(args),
+        (None, Some(show_args)) => show(show_args, &args.reading, &args.select),
         (None, None) => Err(Failure::usage(
             "a part and a tag file are needed",
             "`midsurf tags PART TAGS`, or `midsurf tags detect PART`",
@@ -82,12 +87,12 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
 }
 
-fn show(args: ShowArgs) -> Result<ExitCode, Failure> {
+fn show(args: ShowArgs, reading: &ReadingArgs, select: &SelectArgs) -> Result<ExitCode, Failure> {
     pool::start(None);
     if let Some(file) = &args.output {
         check_output(&args, file)?;
     }
-    let (loaded, mut warnings) = load(&args.part)?;
+    let (loaded, mut warnings) = reading.load(&args.part, Some(select))?;
     let (coping, more) = load_tags(&CopingSource::File(args.tags.clone()), &loaded, &args.part)?;
     warnings.extend(more);
     print_warnings(&warnings);

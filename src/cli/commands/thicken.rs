@@ -46,7 +46,7 @@ Exit codes: 0 done, 1 done but the result is not sound (said on stderr),
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The surface: an open or closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The surface: an open or closed triangle or polygon mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     pub(super) patch: PathBuf,
     /// Thickness of the solid
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
@@ -65,6 +65,9 @@ pub(crate) struct Args {
     /// Split chords that stray farther than this from the solid [default: 0.2% of the thickness]
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     pub(super) tolerance: Option<f64>,
+    /// Close holes of the surface whose edge is no longer than this
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
+    pub(super) fill: Option<f64>,
     #[command(flatten)]
     pub(super) solid: SolidArgs,
     #[command(flatten)]
@@ -100,7 +103,7 @@ pub(super) fn one_sided(command: &str, args: &Args, side: Side) -> Result<ExitCo
     let inputs = [(args.patch.as_path(), "surface")];
     args.solid.check_names(&inputs, &args.run)?;
     let start = Instant::now();
-    let progress = args.run.start();
+    let progress = args.run.start()?;
     let (loaded, mut warnings) = load(&args.patch)?;
     let read_seconds = start.elapsed().as_secs_f64();
 
@@ -183,6 +186,12 @@ pub(super) fn one_sided(command: &str, args: &Args, side: Side) -> Result<ExitCo
 impl Args {
     /// The solid on both sides, by balls around the surface.
     fn two_sided(self) -> Result<rethicken::Args, Failure> {
+        if self.fill.is_some() {
+            return Err(Failure::usage(
+                "--fill closes holes before a surface is thickened on one side",
+                "leave --fill away, or take --side inner or outer",
+            ));
+        }
         let thickness = self.thickness.map(checked).transpose()?;
         Ok(self.balls(thickness, false))
     }
@@ -223,6 +232,7 @@ impl Args {
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }
+        settings.holes = self.fill.unwrap_or_default();
         settings.memory_limit = self.memory.allowed();
         settings.precision = self.solid.precision();
         Ok(settings)
@@ -235,6 +245,7 @@ impl Args {
             "cell": self.cell,
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
+            "fill": self.fill,
             "precision": settings.precision,
             "memory_limit": self.memory.memory_limit,
         })
@@ -308,23 +319,22 @@ fn rounded(surface: &TriMesh) -> Option<Warning> {
         .iter()
         .filter(|&&p| Precision::Single.round_point(p) != p)
         .count();
-    (count > 0).then(|| Warning {
-        code: "rounded",
-        message: format!(
+    (count > 0).then(|| Warning::new("rounded", format!(
             "{count} vertices of the surface have more digits than an .stl holds and are rounded; .obj and .ply keep them"
-        ),
-    })
+        )))
 }
 
 /// Another cell than the one asked for.
 fn refined(result: &Thickened, asked: f64) -> Option<Warning> {
-    (result.cell < asked).then(|| Warning {
-        code: "refined",
-        message: format!(
-            "cells of {} do not resolve the surface's boundary; cells of {} were taken",
-            figure(asked),
-            figure(result.cell)
-        ),
+    (result.cell < asked).then(|| {
+        Warning::new(
+            "refined",
+            format!(
+                "cells of {} do not resolve the surface's boundary; cells of {} were taken",
+                figure(asked),
+                figure(result.cell)
+            ),
+        )
     })
 }
 
@@ -340,6 +350,13 @@ fn repaired(repair: Repair) -> Warning {
                 "{triangles} triangles looked the other way than their neighbours and were turned"
             ),
         ),
+        Repair::Stitched { edges } => (
+            "stitched",
+            format!(
+                "{edges} edges have vertices of other triangles on them: their triangles were split there"
+            ),
+        ),
+        Repair::Filled { holes } => ("filled", format!("{holes} holes were closed")),
         Repair::Parted { vertices } => (
             "parted",
             format!(
@@ -347,7 +364,7 @@ fn repaired(repair: Repair) -> Warning {
             ),
         ),
     };
-    Warning { code, message }
+    Warning::new(code, message)
 }
 
 /// A solid that is not the surface and what was joined to it.
@@ -364,29 +381,23 @@ fn made(result: &Thickened) -> Option<Warning> {
         ),
     };
     let message = message.to_owned();
-    Some(Warning { code, message })
+    Some(Warning::new(code, message))
 }
 
 fn missing(result: &Thickened) -> Option<Warning> {
     let missing = &result.missing;
-    (!missing.is_none()).then(|| Warning {
-        code: "missing",
-        message: format!(
+    (!missing.is_none()).then(|| Warning::new("missing", format!(
             "{} of {} points of the true solid's surface are off the result by up to {3}, at cells of {2}: what is narrower than a cell is lost; take a smaller --cell",
             missing.lost,
             missing.samples,
             figure(result.cell),
             figure(missing.max)
-        ),
-    })
+        )))
 }
 
 fn unsound(result: &Thickened) -> Option<Warning> {
-    (!result.is_sound()).then(|| Warning {
-        code: "unsound",
-        message: format!(
+    (!result.is_sound()).then(|| Warning::new("unsound", format!(
             "the solid has {} pairs of triangles that cut each other and {} edges without two triangles; a smaller --cell may help",
             result.self_intersections, result.bad_edges
-        ),
-    })
+        )))
 }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use midsurf::coping::geometry_checksum;
 use midsurf::io::read_surface;
 use midsurf::mesh::PartOptions;
 use midsurf::view::{Server, Subject};
@@ -11,8 +10,8 @@ use midsurf::view::{Server, Subject};
 use crate::cli::shared::console::say;
 use crate::cli::shared::coping::CopingSource;
 use crate::cli::shared::failure::Failure;
-use crate::cli::shared::input::{load, load_tags, print_warnings};
-use crate::cli::shared::numbers::positive;
+use crate::cli::shared::input::{load_tags, print_warnings};
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -34,7 +33,7 @@ Exit codes: 2 wrong usage or bad input, 130 interrupted.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The part: a mesh (.obj, .stl, .ply, .off, .3mf, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
+    /// The part: a mesh (.obj, .stl, .ply, .off, .3mf, .glb, .msh, .inp, .bdf; .step, .iges, .brep with Gmsh)
     part: PathBuf,
     /// Coping tags to start with: a file, `auto` to detect them, or `none`; saved tags
     /// go to that file if its name ends in .toml
@@ -52,13 +51,14 @@ pub(crate) struct Args {
     /// Go on when the part has gaps
     #[arg(long)]
     allow_open: bool,
-    /// Merge vertices of the part within this distance
-    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
-    weld: Option<f64>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
 }
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
-    let (mut loaded, mut warnings) = load(&args.part)?;
+    let (mut loaded, mut warnings) = args.reading.load(&args.part, Some(&args.select))?;
     let (coping, more) = load_tags(&args.coping, &loaded, &args.part)?;
     warnings.extend(more);
     print_warnings(&warnings);
@@ -70,14 +70,14 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let (tag_file, tags_are_ours) = tag_file(&args);
     let subject = Subject {
         title: name_of(&args.part),
-        geometry: geometry_checksum(&loaded.mesh),
+        geometry: loaded.geometry(),
         mesh: std::mem::take(&mut loaded.mesh),
         source: std::mem::take(&mut loaded.source),
         coping: coping.flags,
         detection: coping.detection,
         options: PartOptions {
             allow_open: args.allow_open,
-            weld: args.weld,
+            ..PartOptions::default()
         },
         tag_file,
         tags_are_ours,

@@ -47,7 +47,7 @@ impl Bodies {
     /// What is odd about the result of a part with such cavities.
     pub(crate) fn warnings(&self, voids: &[Void], part: &Part) -> Vec<Warning> {
         let mut warnings = Vec::new();
-        let mut warn = |code, message| warnings.push(Warning { code, message });
+        let mut warn = |code, message| warnings.push(Warning::new(code, message));
         if let [first, ..] = voids {
             let [x, y, z] = first.at.to_array().map(figure);
             warn(

@@ -72,23 +72,23 @@ pub(crate) fn detection_warnings(detection: &Detection, part: &Path) -> Vec<Warn
             Verdict::Tagged => "tagged",
         };
         let message = format!("{part}: {words}");
-        warnings.push(Warning { code, message });
+        warnings.push(Warning::new(code, message));
     }
     let questions = detection.questions();
     for question in questions.iter().take(QUESTIONS_SHOWN) {
-        warnings.push(Warning {
-            code: "coping_doubt",
-            message: format!("{part}: {}", question.text(detection)),
-        });
+        warnings.push(Warning::new(
+            "coping_doubt",
+            format!("{part}: {}", question.text(detection)),
+        ));
     }
     if questions.len() > QUESTIONS_SHOWN {
-        warnings.push(Warning {
-            code: "coping_doubts",
-            message: format!(
+        warnings.push(Warning::new(
+            "coping_doubts",
+            format!(
                 "{part}: {} more questions; `midsurf tags detect` lists them",
                 questions.len() - QUESTIONS_SHOWN
             ),
-        });
+        ));
     }
     warnings
 }

@@ -9,6 +9,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+use super::console::log;
 use midsurf::io::quote::bounded;
 use midsurf::io::{LoadedMesh, Place};
 use midsurf::mesh::PartError;
@@ -84,6 +85,10 @@ impl Failure {
                 let help = report.help();
                 let help = help.and_then(|help| fitting(&help.to_string(), flags));
                 let report = Report::new(Told { report, help });
+                log(&format!("Error: {report}"));
+                if let Some(help) = report.help() {
+                    log(&format!("help: {help}"));
+                }
                 write!(stderr, "Error: {report:?}")
             }
             Failure::Stdout(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),

@@ -2,14 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use midsurf::coping::{Coping, Detection, RuleResult, geometry_checksum, read_tags};
-use midsurf::io::{FacetNames, LoadedMesh, ReadWarning, read_mesh};
+use midsurf::coping::{Coping, Detection, RuleResult, read_tags};
+use midsurf::io::{FacetNames, LoadedMesh, ReadWarning, Unit, read_mesh};
 use midsurf::mesh::{FaceId, Part, PartError, PartOptions};
+use midsurf::surface::MidSurface;
 
 use super::console::say;
 use super::coping::{CopingSource, detection_warnings, sliver_words};
 use super::failure::{Failure, place_of};
 use super::memory::check_input;
+use super::numbers::figure;
+use super::reading::{ReadingArgs, SelectArgs};
 pub(crate) use super::warning::Warning;
 use midsurf::io::quote::shown_path;
 
@@ -24,11 +27,13 @@ pub(crate) struct Input {
     pub(crate) detection: Option<Detection>,
     /// Facet of the file that each triangle comes from.
     pub(crate) source: Vec<u32>,
+    /// Unit of all lengths, where it is known.
+    pub(crate) unit: Option<Unit>,
     pub(crate) part: Part,
     pub(crate) warnings: Vec<Warning>,
 }
 
-/// Reads a mesh file.
+/// Reads a mesh file that is no part: a surface.
 pub(crate) fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), Failure> {
     check_input(file)?;
     let loaded = read_mesh(file).map_err(Failure::input)?;
@@ -41,10 +46,10 @@ pub(crate) fn load(file: &Path) -> Result<(LoadedMesh, Vec<Warning>), Failure> {
 }
 
 pub(crate) fn read_warning(file: &Path, warning: &ReadWarning) -> Warning {
-    Warning {
-        code: warning.code,
-        message: format!("{}: {}", warning.place.within(file), warning.message),
-    }
+    Warning::new(
+        warning.code,
+        format!("{}: {}", warning.place.within(file), warning.message),
+    )
 }
 
 /// Reads a tag file for a mesh, or finds the tags.
@@ -59,21 +64,29 @@ pub(crate) fn load_tags(
         CopingSource::File(file) => read_tags(file, loaded, mesh_file).map_err(Failure::input)?,
     };
     let place = shown_path(tags.file().unwrap_or(mesh_file));
-    let empty = coping.warnings.iter().map(|message| Warning {
-        code: "empty_rule",
-        message: format!("{place}: {message}"),
+    let empty = coping
+        .warnings
+        .iter()
+        .map(|message| Warning::new("empty_rule", format!("{place}: {message}")));
+    let scaled = coping.scaled.map(|factor| {
+        Warning::new(
+            "other_units",
+            format!("{place}: no place that a rule names lies at the part, but all would if it were {factor} times as large: are part and tags in different units? --scale {factor} on the part"),
+        )
     });
     let found = coping.detection.as_ref();
     let found = found.map(|detection| detection_warnings(detection, mesh_file));
-    let slivers = coping.slivers.iter().map(|sliver| Warning {
-        code: "sliver",
-        message: format!(
-            "{}: {}",
-            shown_path(mesh_file),
-            sliver_words(sliver, &loaded.source)
-        ),
+    let slivers = coping.slivers.iter().map(|sliver| {
+        Warning::new(
+            "sliver",
+            format!(
+                "{}: {}",
+                shown_path(mesh_file),
+                sliver_words(sliver, &loaded.source)
+            ),
+        )
     });
-    let warnings = empty.chain(found.into_iter().flatten());
+    let warnings = empty.chain(scaled).chain(found.into_iter().flatten());
     let warnings = warnings.chain(slivers).collect();
     Ok((coping, warnings))
 }
@@ -83,12 +96,19 @@ impl Input {
     pub(crate) fn read(
         file: &Path,
         tags: &CopingSource,
-        options: PartOptions,
+        reading: (&ReadingArgs, Option<&SelectArgs>),
+        allow_open: bool,
     ) -> Result<Input, Failure> {
-        let (mut loaded, mut warnings) = load(file)?;
+        let (reading, select) = reading;
+        let (mut loaded, mut warnings) = reading.load(file, select)?;
         let (coping, more) = load_tags(tags, &loaded, file)?;
         warnings.extend(more);
-        let geometry = geometry_checksum(&loaded.mesh);
+        let geometry = loaded.geometry();
+        // It is mended already.
+        let options = PartOptions {
+            allow_open,
+            ..PartOptions::default()
+        };
         let mesh = std::mem::take(&mut loaded.mesh);
         let flags = coping.flags;
         let (part, more) =
@@ -102,9 +122,8 @@ impl Input {
                     Failure::at(place, file, &error)
                 }
             })?;
-        warnings.extend(more.iter().map(|warning| Warning {
-            code: warning.code(),
-            message: format!("{}: {warning}", shown_path(file)),
+        warnings.extend(more.iter().map(|warning| {
+            Warning::new(warning.code(), format!("{}: {warning}", shown_path(file)))
         }));
         Ok(Input {
             file: file.to_owned(),
@@ -115,13 +134,39 @@ impl Input {
             rules: coping.rules,
             detection: coping.detection,
             source: loaded.source,
+            unit: loaded.unit,
             part,
             warnings,
         })
     }
 }
 
+/// Largest part of a mid-surface's box that may lie outside the part's, in
+/// diagonals of the part, for the two to belong together.
+const SAME_PLACE: f64 = 0.5;
+
 impl Input {
+    /// Refuses a mid-surface that is elsewhere, or of another size: of another
+    /// part or in another unit.
+    pub(crate) fn owns(&self, file: &Path, surface: &MidSurface) -> Result<(), Failure> {
+        let (part, model) = (self.part.bounds(), surface.mesh().bounds());
+        let inside = part.grown(SAME_PLACE * part.diagonal());
+        let apart = !inside.contains(model.min) || !inside.contains(model.max);
+        if apart || model.diagonal() < 0.01 * part.diagonal() {
+            return Err(Failure::usage(
+                format!(
+                    "{}: does not belong to {}: its box is {} by its diagonal, that of the part {}",
+                    shown_path(file),
+                    shown_path(&self.file),
+                    figure(model.diagonal()),
+                    figure(part.diagonal())
+                ),
+                "check that both are of one part, in one unit and one place",
+            ));
+        }
+        Ok(())
+    }
+
     /// First name that the file gives a triangle.
     pub(crate) fn name_of(&self, face: FaceId) -> Option<&str> {
         let facet = *self.source.get(face.index())?;

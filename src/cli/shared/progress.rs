@@ -1,23 +1,50 @@
-//! A progress bar, shown on a terminal only.
+//! Where a long command is: a bar on a terminal, or lines of JSON.
 
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write};
 use std::sync::Mutex;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::json;
 
-/// Progress of a long command; silent when stderr is no terminal or the user
-/// wants quiet. Can be shared between threads.
+use super::console::log;
+
+/// How progress is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum ProgressArg {
+    /// A bar, if stderr is a terminal
+    #[default]
+    Auto,
+    /// A line of JSON on stderr for each stage, and ten a second within: `stage`,
+    /// `done`, `total` (0 where it is not known) and `seconds`
+    Json,
+    /// Not at all
+    None,
+}
+
+/// Time between lines of one stage.
+const BETWEEN: Duration = Duration::from_millis(100);
+
+/// Progress of a long command. Can be shared between threads.
 pub(crate) struct Progress {
     bar: ProgressBar,
-    /// Stage shown, and whether its number of steps is known.
-    shown: Mutex<(&'static str, bool)>,
+    json: bool,
+    start: Instant,
+    shown: Mutex<Shown>,
+}
+
+/// What was told last.
+struct Shown {
+    stage: &'static str,
+    /// Whether the stage's number of steps is known.
+    counted: bool,
+    at: Option<Instant>,
 }
 
 impl Progress {
-    /// A bar on stderr.
-    pub(crate) fn new(quiet: bool) -> Progress {
-        let visible = !quiet && io::stderr().is_terminal();
+    /// Silent where the user wants quiet.
+    pub(crate) fn new(how: ProgressArg, quiet: bool) -> Progress {
+        let visible = how == ProgressArg::Auto && !quiet && io::stderr().is_terminal();
         let target = if visible {
             ProgressDrawTarget::stderr_with_hz(10)
         } else {
@@ -29,7 +56,13 @@ impl Progress {
         }
         Progress {
             bar,
-            shown: Mutex::new(("", false)),
+            json: how == ProgressArg::Json,
+            start: Instant::now(),
+            shown: Mutex::new(Shown {
+                stage: "",
+                counted: false,
+                at: None,
+            }),
         }
     }
 
@@ -38,9 +71,18 @@ impl Progress {
     pub(crate) fn show(&self, stage: &'static str, done: u64, total: u64) {
         // A poisoned lock still holds a name.
         let mut shown = self.shown.lock().unwrap_or_else(|e| e.into_inner());
-        if *shown != (stage, total > 0) {
-            *shown = (stage, total > 0);
-            let template = if total > 0 {
+        let counted = total > 0;
+        let new = shown.stage != stage;
+        if new {
+            log(stage);
+        }
+        if self.json && (new || shown.at.is_none_or(|at| at.elapsed() >= BETWEEN)) {
+            self.tell(stage, done, total);
+            shown.at = Some(Instant::now());
+        }
+        if new || shown.counted != counted {
+            (shown.stage, shown.counted) = (stage, counted);
+            let template = if counted {
                 "{spinner} {msg:<8} {bar:32} {human_pos} of {human_len}  {elapsed}"
             } else {
                 "{spinner} {msg:<8} {elapsed}"
@@ -54,6 +96,12 @@ impl Progress {
         self.bar.set_position(done);
     }
 
+    fn tell(&self, stage: &str, done: u64, total: u64) {
+        let seconds = self.start.elapsed().as_secs_f64();
+        let line = json!({ "stage": stage, "done": done, "total": total, "seconds": seconds });
+        let _ = writeln!(io::stderr(), "{line}");
+    }
+
     /// Prints to stderr beside the bar.
     pub(crate) fn aside(&self, print: impl FnOnce()) {
         self.bar.suspend(print);
@@ -64,5 +112,8 @@ impl Drop for Progress {
     /// Removes the bar.
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+        if self.json {
+            self.tell("end", 0, 0);
+        }
     }
 }

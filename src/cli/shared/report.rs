@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use super::config;
 use super::memory::peak;
 use super::warning::Warning;
 
@@ -45,6 +46,7 @@ impl Envelope<'_> {
             },
             "input": self.input,
             "settings": self.settings,
+            "config": config::told(),
             "seconds": self.seconds,
             "peak_memory": peak(),
             "outputs": self.outputs.into_iter().map(named).collect::<Vec<_>>(),

@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 use midsurf::io::write::{Staged, WriteError, check_target, stage};
 use serde_json::Value;
 
+use super::config;
+use super::console::open_log;
 use super::failure::Failure;
 use super::pool;
-use super::progress::Progress;
+use super::progress::{Progress, ProgressArg};
 
 /// What a run may take, and what it says of itself.
 #[derive(clap::Args)]
@@ -23,6 +25,18 @@ pub(crate) struct RunArgs {
     /// Print errors and nothing else
     #[arg(short, long)]
     pub(crate) quiet: bool,
+    /// How to tell where the work is
+    #[arg(
+        long,
+        value_name = "HOW",
+        value_enum,
+        default_value_t,
+        conflicts_with = "quiet"
+    )]
+    progress: ProgressArg,
+    /// Write all that is said, and when each stage began, to this file too
+    #[arg(long, value_name = "FILE")]
+    log_file: Option<PathBuf>,
 }
 
 impl RunArgs {
@@ -34,16 +48,23 @@ impl RunArgs {
     ) -> Result<(), Failure> {
         let outputs = outputs.into_iter().map(|file| (file, "output"));
         let report = self.json_file().map(|file| (file.to_owned(), "report"));
-        check_names(inputs, outputs.chain(report))
+        let log = self.log_file.clone().map(|file| (file, "log"));
+        check_names(inputs, outputs.chain(report).chain(log))
     }
 
-    /// Sets the number of threads, before anything runs; what runs first is
-    /// reading.
-    pub(crate) fn start(&self) -> Progress {
+    /// Opens the log and sets the number of threads, before anything runs; what runs
+    /// first is reading.
+    pub(crate) fn start(&self) -> Result<Progress, Failure> {
+        if let Some(file) = &self.log_file {
+            open_log(file).map_err(|source| {
+                let file = file.clone();
+                Failure::input(WriteError::Io { file, source })
+            })?;
+        }
         pool::start(self.threads);
-        let progress = Progress::new(self.quiet);
+        let progress = Progress::new(self.progress, self.quiet);
         progress.show("reading", 0, 0);
-        progress
+        Ok(progress)
     }
 
     /// The report's file, unless it goes to stdout.
@@ -101,6 +122,7 @@ pub(crate) fn check_names(
     let mut named: Vec<(PathBuf, &'static str)> = inputs
         .iter()
         .map(|&(file, role)| (file.to_owned(), role))
+        .chain(config::file().map(|file| (file.to_owned(), "config")))
         .collect();
     for (file, role) in outputs {
         check_target(&file).map_err(Failure::input)?;

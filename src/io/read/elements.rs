@@ -82,7 +82,7 @@ struct Element {
     shape: Shape,
     corners: SmallVec<[u32; 8]>,
     names: u32,
-    line: u64,
+    place: Place,
 }
 
 /// Nodes and elements as a file states them.
@@ -92,6 +92,8 @@ pub(super) struct Elements {
     node_of: FxHashMap<u64, u32>,
     names: Vec<ElementNames>,
     elements: Vec<Element>,
+    /// Sum and number of the thicknesses given for a node.
+    thickness: FxHashMap<u32, (f64, u32)>,
 }
 
 impl Elements {
@@ -104,6 +106,32 @@ impl Elements {
         } else {
             self.positions[index as usize] = at;
         }
+    }
+
+    /// The thickness of a shell at a node that is there; of several, as of the
+    /// elements at a seam, the mean counts.
+    pub(super) fn thickness(&mut self, number: u64, thickness: f64) {
+        if let Some(&node) = self.node_of.get(&number) {
+            let (sum, count) = self.thickness.entry(node).or_default();
+            *sum += thickness;
+            *count += 1;
+        }
+    }
+
+    /// Thickness of all nodes; none unless each corner of an element has one. A
+    /// node inside a side needs none.
+    fn thicknesses(&self) -> Vec<f64> {
+        let known = |v: u32| {
+            self.thickness
+                .get(&v)
+                .map(|(sum, count)| sum / f64::from(*count))
+        };
+        let mut corners = self.elements.iter().flat_map(|e| &e.corners);
+        if self.thickness.is_empty() || corners.any(|&v| known(v).is_none()) {
+            return Vec::new();
+        }
+        let all = 0..self.positions.len() as u32;
+        all.map(|v| known(v).unwrap_or(0.0)).collect()
     }
 
     /// Names for elements to come; gives their number.
@@ -123,9 +151,8 @@ impl Elements {
         shape: Shape,
         nodes: &[u64],
         names: u32,
-        line: u64,
+        place: Place,
     ) -> Result<(), Located> {
-        let place = Place::Line(line);
         if nodes.len() < shape.corners() {
             let corners = nodes.len();
             return Err((place, Problem::FewCorners { corners }));
@@ -140,7 +167,7 @@ impl Elements {
             shape,
             corners: corners.collect::<Result<_, Located>>()?,
             names,
-            line,
+            place,
         });
         Ok(())
     }
@@ -153,27 +180,41 @@ impl Elements {
         let mut sink = FacetSink::with_capacity(facets.len());
         let mut builder = NamesBuilder::default();
         let mut lines = Vec::with_capacity(facets.len());
-        for (corners, names, line) in facets {
-            sink.push(&corners, &self.positions, Place::Line(line))?;
+        let mut bytes = Vec::new();
+        for (corners, names, place) in facets {
+            sink.push(&corners, &self.positions, place)?;
             let names = self.names.get(names as usize).cloned().unwrap_or_default();
             builder.set_groups(names.groups);
             builder.set_object(names.object);
             builder.push_facet();
-            lines.push(line);
+            match place {
+                Place::Line(line) => lines.push(line),
+                Place::Byte(byte) => bytes.push(byte),
+                Place::Whole => {}
+            }
         }
-        let places = FacetPlaces::Lines(lines);
-        Ok(sink.finish(self.positions, builder.finish(), places, Vec::new()))
+        let places = match bytes.is_empty() {
+            true => FacetPlaces::Lines(lines),
+            false => FacetPlaces::Bytes(bytes),
+        };
+        let thickness = match solid {
+            true => Vec::new(),
+            false => self.thicknesses(),
+        };
+        let mut raw = sink.finish(self.positions, builder.finish(), places, Vec::new());
+        raw.values.thickness = thickness;
+        Ok(raw)
     }
 
-    fn shells(&self) -> Vec<(Face, u32, u64)> {
+    fn shells(&self) -> Vec<(Face, u32, Place)> {
         let shells = self.elements.iter();
         shells
-            .map(|e| (e.corners.iter().copied().collect(), e.names, e.line))
+            .map(|e| (e.corners.iter().copied().collect(), e.names, e.place))
             .collect()
     }
 
     /// Faces of one solid only, in the order of the solids.
-    fn skin(&self) -> Vec<(Face, u32, u64)> {
+    fn skin(&self) -> Vec<(Face, u32, Place)> {
         let key = |face: &Face| {
             let mut key = face.clone();
             key.sort_unstable();
@@ -196,7 +237,7 @@ impl Elements {
             for face in element.shape.faces() {
                 let face: Face = face.iter().map(|&k| element.corners[k]).collect();
                 if let Some((1, shell)) = uses.get(&key(&face)) {
-                    skin.push((face, shell.unwrap_or(element.names), element.line));
+                    skin.push((face, shell.unwrap_or(element.names), element.place));
                 }
             }
         }
@@ -209,6 +250,7 @@ mod tests {
     use glam::DVec3;
 
     use super::{ElementNames, Elements, Shape};
+    use crate::io::Place;
 
     /// Every solid of one element is closed and outward; two that share a face are
     /// one skin.
@@ -239,7 +281,9 @@ mod tests {
                 elements.node(n as u64 + 10, at);
             }
             let numbers: Vec<u64> = (0..nodes.len() as u64).map(|n| n + 10).collect();
-            elements.element(shape, &numbers, 0, 1).unwrap();
+            elements
+                .element(shape, &numbers, 0, Place::Line(1))
+                .unwrap();
             let mesh = elements.finish().unwrap().mesh;
             assert!(mesh.edges().census().is_closed(), "{shape:?}");
             assert!((mesh.volume() - volume).abs() < 1e-12, "{shape:?}");
@@ -267,13 +311,13 @@ mod tests {
             object: None,
         });
         elements
-            .element(Shape::Tetrahedron, &[0, 1, 2, 3], body, 1)
+            .element(Shape::Tetrahedron, &[0, 1, 2, 3], body, Place::Line(1))
             .unwrap();
         elements
-            .element(Shape::Tetrahedron, &[1, 4, 2, 3], body, 2)
+            .element(Shape::Tetrahedron, &[1, 4, 2, 3], body, Place::Line(2))
             .unwrap();
         elements
-            .element(Shape::Triangle, &[0, 1, 2], named, 3)
+            .element(Shape::Triangle, &[0, 1, 2], named, Place::Line(3))
             .unwrap();
         let raw = elements.finish().unwrap();
         assert_eq!(raw.mesh.triangles.len(), 6);
@@ -288,7 +332,15 @@ mod tests {
     fn nodes_must_be_defined() {
         let mut elements = Elements::default();
         elements.node(1, DVec3::ZERO);
-        assert!(elements.element(Shape::Triangle, &[1, 2, 3], 0, 7).is_err());
-        assert!(elements.element(Shape::Triangle, &[1, 1], 0, 7).is_err());
+        assert!(
+            elements
+                .element(Shape::Triangle, &[1, 2, 3], 0, Place::Whole)
+                .is_err()
+        );
+        assert!(
+            elements
+                .element(Shape::Triangle, &[1, 1], 0, Place::Whole)
+                .is_err()
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! Abaqus and CalculiX input decks: nodes, shell and solid elements, element sets.
 //!
 //! What is read: `*NODE`, `*ELEMENT` with `TYPE` and `ELSET`, `*ELSET` with `ELSET` and
-//! `GENERATE`. One level of parts; instances, includes and transforms are refused, as
+//! `GENERATE`, `*NODAL THICKNESS`. One level of parts; instances, includes and transforms are refused, as
 //! what they stand for would be missing.
 
 use glam::DVec3;
@@ -69,6 +69,7 @@ enum Section {
         set: u32,
         generate: bool,
     },
+    Thickness,
     Other,
 }
 
@@ -141,6 +142,7 @@ impl File {
                 set: self.set(option("ELSET").unwrap_or("")),
                 generate: option("GENERATE").is_some(),
             },
+            "*NODAL THICKNESS" => Section::Thickness,
             _ => Section::Other,
         })
     }
@@ -209,6 +211,15 @@ impl File {
                     }
                 }
             }
+            Section::Thickness => {
+                // Sets of nodes may stand there too; those are not followed.
+                if let [node, thickness] = words
+                    && let Ok(node) = node.parse()
+                {
+                    let thickness = finite(thickness).map_err(|problem| (place, problem))?;
+                    self.nodes.thickness(node, thickness);
+                }
+            }
             Section::Elements { kind: None, .. } | Section::Other => {}
         }
         Ok(())
@@ -225,8 +236,12 @@ impl File {
                 groups: groups.collect(),
                 object: None,
             });
-            self.nodes
-                .element(element.shape, &element.nodes, names, element.line)?;
+            self.nodes.element(
+                element.shape,
+                &element.nodes,
+                names,
+                Place::Line(element.line),
+            )?;
         }
         self.nodes.finish()
     }

@@ -1,7 +1,9 @@
 //! What readers hand up, and what comes of it.
 
+use crate::io::checksum::geometry_checksum;
 use crate::io::error::Place;
 use crate::io::names::{FacetNames, NameSet};
+use crate::io::unit::Unit;
 use crate::mesh::{FaceId, TriMesh};
 
 /// A mesh as its file states it, triangulated but otherwise unchecked for
@@ -22,10 +24,20 @@ pub struct LoadedMesh {
     pub values: PlyValues,
     /// SHA-256 of the file's bytes, in hexadecimal.
     pub sha256: String,
+    /// Unit of the coordinates, where the format says it.
+    pub unit: Option<Unit>,
     pub(super) places: FacetPlaces,
+    /// [`geometry_checksum`] of the mesh as read, once it has been changed.
+    pub(super) as_read: Option<String>,
 }
 
 impl LoadedMesh {
+    /// Checksum of the mesh as it was read; see [`geometry_checksum`].
+    pub fn geometry(&self) -> String {
+        let now = || geometry_checksum(&self.mesh);
+        self.as_read.clone().unwrap_or_else(now)
+    }
+
     /// Number of facets in the file.
     pub fn facet_count(&self) -> usize {
         self.names.len()
@@ -49,12 +61,12 @@ impl LoadedMesh {
     }
 }
 
-/// Numbers that a PLY file gives for its vertices, as many as vertices, or none
+/// Numbers that a file gives for its vertices, as many as vertices, or none
 /// where the file has no such property, and for its edges. As read, so of any
 /// value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlyValues {
-    /// Property `thickness`.
+    /// Property `thickness` of a PLY, or nodal thickness of a deck.
     pub thickness: Vec<f64>,
     /// Property `radius`.
     pub radius: Vec<f64>,
@@ -96,4 +108,5 @@ pub(crate) struct RawMesh {
     pub(crate) places: FacetPlaces,
     pub(crate) warnings: Vec<ReadWarning>,
     pub(crate) values: PlyValues,
+    pub(crate) unit: Option<Unit>,
 }

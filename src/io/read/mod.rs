@@ -5,14 +5,17 @@ mod bytes;
 mod cad;
 mod control;
 mod elements;
+mod gltf;
 mod inp;
 mod loaded;
 mod msh;
+mod msh_binary;
 mod obj;
 mod obj_tags;
 mod off;
 mod ply;
 mod polygon;
+mod prepare;
 mod stl;
 mod surface;
 mod threemf;
@@ -23,9 +26,11 @@ use sha2::{Digest, Sha256};
 
 pub(crate) use bytes::read_bytes;
 pub use bytes::{MAX_INPUT, limit_input};
+pub use cad::{Tessellation, is_cad};
 pub use control::{ControlMesh, read_control, read_control_bytes};
 pub use loaded::{LoadedMesh, PlyValues, ReadWarning};
 pub use obj_tags::{BoundaryTag, ControlTags, TagKind};
+pub use prepare::NoSolid;
 pub use surface::{LoadedSurface, RadiusSource, SurfaceReadError, read_any_surface, read_surface};
 
 use super::error::{Located, Place, Problem, ReadError};
@@ -43,7 +48,7 @@ pub enum MeshFormat {
     Ply,
     /// OFF, ASCII.
     Off,
-    /// Gmsh MSH 2.2 or 4.1, ASCII.
+    /// Gmsh MSH 2.2 or 4.1, ASCII or binary.
     Msh,
     /// Abaqus or CalculiX input deck.
     Inp,
@@ -51,6 +56,8 @@ pub enum MeshFormat {
     Bdf,
     /// 3MF.
     ThreeMf,
+    /// glTF 2.0, as text with its buffers inside or beside it, or binary.
+    Gltf,
 }
 
 impl MeshFormat {
@@ -65,6 +72,7 @@ impl MeshFormat {
             "msh" => Some(MeshFormat::Msh),
             "inp" => Some(MeshFormat::Inp),
             "3mf" => Some(MeshFormat::ThreeMf),
+            "gltf" | "glb" => Some(MeshFormat::Gltf),
             "bdf" | "nas" | "dat" => Some(MeshFormat::Bdf),
             _ => None,
         }
@@ -78,7 +86,15 @@ impl MeshFormat {
 ///
 /// [`ReadError`] names the file, the line or byte, and what to do.
 pub fn read_mesh(file: impl AsRef<Path>) -> Result<LoadedMesh, ReadError> {
-    let file = file.as_ref();
+    read_mesh_with(file.as_ref(), Tessellation::default())
+}
+
+/// As [`read_mesh`], with a say in how finely a CAD model is meshed.
+///
+/// # Errors
+///
+/// As [`read_mesh`].
+pub fn read_mesh_with(file: &Path, tessellation: Tessellation) -> Result<LoadedMesh, ReadError> {
     let fail = |problem| ReadError::new(file, (Place::Whole, problem));
     let meta = std::fs::metadata(file).map_err(|error| fail(Problem::Io(error)))?;
     if meta.is_dir() {
@@ -86,16 +102,22 @@ pub fn read_mesh(file: impl AsRef<Path>) -> Result<LoadedMesh, ReadError> {
     }
     if cad::is_cad(file) {
         let bytes = read_bytes(file).map_err(fail)?;
-        let made = cad::mesh(file).map_err(|located| ReadError::new(file, located))?;
+        let made =
+            cad::mesh(file, tessellation).map_err(|located| ReadError::new(file, located))?;
         let mut loaded = read_mesh_bytes(&made, MeshFormat::Msh, file)?;
         // Lines of the mesh in between mean nothing to the user.
         loaded.places = loaded::FacetPlaces::None;
         loaded.sha256 = hex(&Sha256::digest(bytes));
+        loaded.unit = cad::unit(file);
         return Ok(loaded);
     }
     let format = MeshFormat::of(file).ok_or_else(|| fail(Problem::UnknownFormat))?;
     let bytes = read_bytes(file).map_err(fail)?;
-    read_mesh_bytes(&bytes, format, file)
+    let raw = match format {
+        MeshFormat::Gltf => gltf::parse(&bytes, file.parent()),
+        format => parse(&bytes, format),
+    };
+    loaded(raw, &bytes, file)
 }
 
 /// Reads a mesh from memory; `file` serves messages only.
@@ -108,7 +130,20 @@ pub fn read_mesh_bytes(
     format: MeshFormat,
     file: &Path,
 ) -> Result<LoadedMesh, ReadError> {
-    let raw = parse(bytes, format).map_err(|located| ReadError::new(file, located))?;
+    loaded(parse(bytes, format), bytes, file)
+}
+
+fn loaded(
+    raw: Result<RawMesh, Located>,
+    bytes: &[u8],
+    file: &Path,
+) -> Result<LoadedMesh, ReadError> {
+    let raw = raw.map_err(|located| ReadError::new(file, located))?;
+    if raw.mesh.triangles.is_empty() {
+        let vertices = raw.mesh.positions.len();
+        let problem = Problem::NoFaces { vertices };
+        return Err(ReadError::new(file, (Place::Whole, problem)));
+    }
     Ok(LoadedMesh {
         mesh: raw.mesh,
         source: raw.source,
@@ -116,7 +151,9 @@ pub fn read_mesh_bytes(
         warnings: raw.warnings,
         values: raw.values,
         sha256: hex(&Sha256::digest(bytes)),
+        unit: raw.unit,
         places: raw.places,
+        as_read: None,
     })
 }
 
@@ -124,15 +161,15 @@ fn parse(bytes: &[u8], format: MeshFormat) -> Result<RawMesh, Located> {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err((Place::Whole, Problem::Empty));
     }
-    let binary_stl = format == MeshFormat::Stl && stl::is_binary(bytes);
-    let archive = format == MeshFormat::ThreeMf;
-    if !binary_stl
-        && !archive
-        && let Some(what) = text::foreign(bytes)
-    {
+    let binary = match format {
+        MeshFormat::Stl => stl::is_binary(bytes),
+        MeshFormat::ThreeMf => true,
+        _ => false,
+    };
+    if !binary && let Some(what) = text::foreign(bytes) {
         return Err((Place::Whole, Problem::Foreign(what)));
     }
-    let raw = match format {
+    match format {
         MeshFormat::Obj => obj::parse(bytes),
         MeshFormat::Stl => stl::parse(bytes),
         MeshFormat::Ply => ply::parse(bytes),
@@ -141,10 +178,7 @@ fn parse(bytes: &[u8], format: MeshFormat) -> Result<RawMesh, Located> {
         MeshFormat::Inp => inp::parse(bytes),
         MeshFormat::Bdf => bdf::parse(bytes),
         MeshFormat::ThreeMf => threemf::parse(bytes),
-    }?;
-    if raw.mesh.triangles.is_empty() {
-        let vertices = raw.mesh.positions.len();
-        return Err((Place::Whole, Problem::NoFaces { vertices }));
+        // Nothing lies beside what is in memory.
+        MeshFormat::Gltf => gltf::parse(bytes, None),
     }
-    Ok(raw)
 }

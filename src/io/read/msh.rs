@@ -1,4 +1,4 @@
-//! Gmsh MSH, versions 2.2 and 4.1, ASCII: nodes and elements, with the names of
+//! Gmsh MSH, versions 2.2 and 4.1: nodes and elements, with the names of
 //! physical groups and the numbers of entities.
 //!
 //! Every facet is in the group `face N` of its surface entity and in those of its
@@ -9,11 +9,12 @@ use rustc_hash::FxHashMap;
 
 use super::elements::{ElementNames, Elements, Shape};
 use super::loaded::RawMesh;
+use super::msh_binary;
 use crate::io::error::{Located, Place, Problem};
 use crate::io::text::{Lines, decode, excerpt, finite};
 
 /// Shape and number of nodes for Gmsh's element types that have faces.
-fn shape(kind: u64) -> Option<Shape> {
+pub(super) fn shape(kind: u64) -> Option<Shape> {
     Some(match kind {
         2 | 9 | 20 | 21 => Shape::Triangle,
         3 | 10 | 16 => Shape::Quad,
@@ -26,6 +27,11 @@ fn shape(kind: u64) -> Option<Shape> {
 }
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
+    if let Some((version, at)) = binary(bytes)? {
+        let mut file = File::default();
+        msh_binary::sections(bytes, at, version, &mut file)?;
+        return file.elements.finish();
+    }
     let mut rows = Rows::new(bytes);
     let mut file = File::default();
     let mut version = None;
@@ -38,6 +44,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
             ("$Nodes", Some(Version::Four)) => file.nodes_4(&mut rows)?,
             ("$Elements", Some(Version::Two)) => file.elements_2(&mut rows)?,
             ("$Elements", Some(Version::Four)) => file.elements_4(&mut rows)?,
+            ("$NodeData", Some(_)) => file.node_data(&mut rows)?,
             (word, None) => {
                 let message = format!("{:?} comes before $MeshFormat", excerpt(word));
                 return Err(row.syntax(message));
@@ -53,16 +60,40 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
 }
 
 #[derive(Clone, Copy)]
-enum Version {
+pub(super) enum Version {
     Two,
     Four,
 }
 
-fn format(row: &Row) -> Result<Version, Located> {
-    if row.words.get(1).is_some_and(|word| word == "1") {
-        let message = "binary MSH is not read: save it as ASCII, in Gmsh with Mesh.Binary = 0";
-        return Err(row.syntax(message.to_owned()));
+/// Version of a binary file, and where its numbers begin.
+fn binary(bytes: &[u8]) -> Result<Option<(Version, usize)>, Located> {
+    let Some(rest) = bytes.strip_prefix(b"$MeshFormat") else {
+        return Ok(None);
+    };
+    let mut lines = Lines::new(rest);
+    lines.next();
+    let Some((_, raw)) = lines.next() else {
+        return Ok(None);
+    };
+    let at = bytes.len() - lines.remaining();
+    let text = decode(raw).into_owned();
+    let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+    if words.get(1).is_none_or(|word| word != "1") {
+        return Ok(None);
     }
+    let row = Row {
+        text,
+        words,
+        line: 2,
+    };
+    Ok(Some((format(&row)?, at)))
+}
+
+pub(super) fn syntax(place: Place, message: String) -> Located {
+    (place, Problem::Syntax(message))
+}
+
+fn format(row: &Row) -> Result<Version, Located> {
     match row.words[0].as_str() {
         "2" | "2.0" | "2.1" | "2.2" => Ok(Version::Two),
         "4.1" => Ok(Version::Four),
@@ -75,14 +106,14 @@ fn format(row: &Row) -> Result<Version, Located> {
 
 /// What is known of a file so far.
 #[derive(Default)]
-struct File {
-    elements: Elements,
+pub(super) struct File {
+    pub(super) elements: Elements,
     /// By dimension and number.
-    physical: FxHashMap<(u64, u64), String>,
+    pub(super) physical: FxHashMap<(u64, u64), String>,
     /// Physical groups of entities, by dimension and number.
-    groups_of: FxHashMap<(u64, u64), Vec<u64>>,
+    pub(super) groups_of: FxHashMap<(u64, u64), Vec<u64>>,
     /// The volume that a surface bounds; the first of two.
-    solid_of: FxHashMap<u64, u64>,
+    pub(super) solid_of: FxHashMap<u64, u64>,
 }
 
 impl File {
@@ -114,6 +145,34 @@ impl File {
                         self.solid_of.entry(surface).or_insert(tag);
                     }
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// The nodal data called `thickness`; other data mean nothing here.
+    fn node_data(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        let mut name = String::new();
+        for _ in 0..rows.row()?.number(0)? {
+            name = rows.row()?.text.trim().trim_matches('"').to_owned();
+        }
+        for _ in 0..rows.row()?.number(0)? {
+            rows.row()?;
+        }
+        // Time step, components, and how many there are.
+        let mut integers = [0; 3];
+        for k in 0..rows.row()?.number(0)? {
+            let row = rows.row()?;
+            if let Some(slot) = integers.get_mut(k as usize) {
+                *slot = row.number(0)?;
+            }
+        }
+        let [_, components, count] = integers;
+        for _ in 0..count {
+            let row = rows.row()?;
+            if name.eq_ignore_ascii_case("thickness") && components == 1 {
+                let thickness = finite(row.word(1)).map_err(|p| (Place::Line(row.line), p))?;
+                self.elements.thickness(row.number(0)?, thickness);
             }
         }
         Ok(())
@@ -175,6 +234,22 @@ impl File {
         Ok(())
     }
 
+    /// An element by its type, if that has faces.
+    pub(super) fn add(
+        &mut self,
+        kind: u64,
+        tag: u64,
+        groups: &[u64],
+        nodes: &[u64],
+        place: Place,
+    ) -> Result<(), Located> {
+        let Some(shape) = shape(kind) else {
+            return Ok(());
+        };
+        let names = self.names(shape, tag, groups);
+        self.elements.element(shape, nodes, names, place)
+    }
+
     /// Names of the elements of an entity.
     fn names(&mut self, shape: Shape, tag: u64, groups: &[u64]) -> u32 {
         let surface = matches!(shape, Shape::Triangle | Shape::Quad);
@@ -183,17 +258,24 @@ impl File {
         if surface && tag > 0 {
             names.groups.push(format!("face {tag}"));
         }
-        for &group in groups {
-            let name = self.physical.get(&(dimension, group));
-            names
-                .groups
-                .push(name.map_or_else(|| format!("group {group}"), String::clone));
-        }
+        let called = |dimension: u64, group: &u64| {
+            let name = self.physical.get(&(dimension, *group));
+            name.map_or_else(|| format!("group {group}"), String::clone)
+        };
+        names
+            .groups
+            .extend(groups.iter().map(|g| called(dimension, g)));
         let solid = if surface {
             self.solid_of.get(&tag).copied()
         } else {
             Some(tag)
         };
+        // A face is also in what its solid is in.
+        let around = solid
+            .filter(|_| surface)
+            .and_then(|s| self.groups_of.get(&(3, s)));
+        let around = around.into_iter().flatten();
+        names.groups.extend(around.map(|g| called(3, g)));
         names.object = solid.map(|solid| format!("solid {solid}"));
         self.elements.names(names)
     }
@@ -207,7 +289,8 @@ impl File {
     ) -> Result<(), Located> {
         let nodes = (first..row.words.len()).map(|k| row.number(k));
         let nodes = nodes.collect::<Result<Vec<u64>, Located>>()?;
-        self.elements.element(shape, &nodes, names, row.line)
+        self.elements
+            .element(shape, &nodes, names, Place::Line(row.line))
     }
 }
 

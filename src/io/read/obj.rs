@@ -12,10 +12,11 @@ use tobj::LoadOptions;
 
 use super::loaded::{FacetPlaces, RawMesh, ReadWarning};
 use super::obj_tags::{ControlTags, TagSink};
-use super::polygon::{FacetSink, MOST_CORNERS};
+use super::polygon::FacetSink;
 use crate::io::error::{Located, Place, Problem};
 use crate::io::names::{FacetNames, NamesBuilder};
 use crate::io::text::{Lines, decode, excerpt, finite};
+use crate::mesh::polygon::MOST_CORNERS;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
     scan(bytes)?.finish()

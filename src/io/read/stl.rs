@@ -212,5 +212,6 @@ fn assemble(corners: &[DVec3], names: FacetNames, places: FacetPlaces) -> RawMes
         places,
         warnings: Vec::new(),
         values: Default::default(),
+        unit: None,
     }
 }

@@ -1,8 +1,8 @@
 //! 3MF: the objects that the build names, placed as it says, in millimetres.
 //!
 //! A facet's object is the name of its object, its groups are the triangle sets that
-//! it is in. Of the extensions only triangle sets are read; objects in further model
-//! files are refused.
+//! it is in, its material is the name of its base material or its colour. Objects may
+//! stand in further model files of the archive.
 
 use std::borrow::Cow;
 use std::io::{Cursor, Read};
@@ -17,6 +17,7 @@ use super::polygon::FacetSink;
 use crate::io::error::{Located, Place, Problem};
 use crate::io::names::NamesBuilder;
 use crate::io::text::{corner, excerpt, finite};
+use crate::io::unit::Unit;
 
 /// Components within components; more is a circle.
 const DEEPEST: usize = 32;
@@ -27,15 +28,18 @@ const MOST_TRIANGLES: usize = 200_000_000;
 const MOST_COPIES: usize = 1_000_000;
 const MOST_BYTES: u64 = 8 << 30;
 
-/// Units by name, in millimetres.
-const UNITS: [(&str, f64); 6] = [
-    ("micron", 1e-3),
-    ("millimeter", 1.0),
-    ("centimeter", 10.0),
-    ("inch", 25.4),
-    ("foot", 304.8),
-    ("meter", 1000.0),
+/// Units by the format's names for them.
+const UNITS: [(&str, Unit); 6] = [
+    ("micron", Unit::Micron),
+    ("millimeter", Unit::Millimetre),
+    ("centimeter", Unit::Centimetre),
+    ("inch", Unit::Inch),
+    ("foot", Unit::Foot),
+    ("meter", Unit::Metre),
 ];
+
+/// Model files that an archive may have.
+const MOST_FILES: usize = 10_000;
 
 /// Rows of a transform as the file has them: three of a matrix, one of a shift.
 #[derive(Clone, Copy)]
@@ -50,23 +54,48 @@ struct Object {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     sets: Vec<(String, Vec<u32>)>,
-    components: Vec<(u64, Transform)>,
+    components: Vec<(Id, Transform)>,
+    /// Property group and place in it, for all triangles and for each; where the
+    /// triangles have none the list is short.
+    paint: Option<(u64, u64)>,
+    paints: Vec<Option<(u64, u64)>>,
 }
+
+/// A model file of the archive, and a number in it.
+type Id = (usize, u64);
 
 #[derive(Default)]
 struct Model {
     unit: Option<String>,
-    objects: FxHashMap<u64, Object>,
-    items: Vec<(u64, Transform)>,
+    objects: FxHashMap<Id, Object>,
+    /// Names of base materials, and colours.
+    properties: FxHashMap<Id, Vec<String>>,
+    items: Vec<(Id, Transform)>,
+}
+
+/// The archive's model files: the root first, then those that it refers to.
+struct Archive<'a> {
+    zip: zip::ZipArchive<Cursor<&'a [u8]>>,
+    files: Vec<String>,
+    /// Bytes that may still be unpacked.
+    left: u64,
 }
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
-    let model = read_model(&unpack(bytes).map_err(syntax)?)?;
+    let mut archive = Archive::open(bytes).map_err(syntax)?;
+    let mut model = Model::default();
+    let mut next = 0;
+    while next < archive.files.len() {
+        let text = archive.unpack(next).map_err(syntax)?;
+        read_model(&text, next, &mut archive.files, &mut model)?;
+        next += 1;
+    }
     let unit = model.unit.as_deref().unwrap_or("millimeter");
     let scale = UNITS.iter().find(|(name, _)| *name == unit);
-    let Some(&(_, scale)) = scale else {
+    let Some(&(_, found)) = scale else {
         return Err(syntax(format!("the unit {:?} is not known", excerpt(unit))));
     };
+    let scale = found.millimetres();
     let mut out = Out::default();
     for &(object, transform) in &model.items {
         let scaled = Transform {
@@ -83,53 +112,90 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
             message: format!("lengths in {unit} were taken to millimetres"),
         });
     }
-    Ok(out
+    let names = out.names.finish();
+    let mut raw = out
         .sink
-        .finish(out.points, out.names.finish(), FacetPlaces::None, warnings))
+        .finish(out.points, names, FacetPlaces::None, warnings);
+    raw.unit = Some(Unit::Millimetre);
+    Ok(raw)
 }
 
 fn syntax(message: String) -> Located {
     (Place::Whole, Problem::Syntax(message))
 }
 
-/// The text of the model in the archive.
-fn unpack(bytes: &[u8]) -> Result<String, String> {
-    let mut archive = zip::ZipArchive::new(Cursor::new(bytes))
-        .map_err(|error| format!("this is no 3MF archive: {error}"))?;
-    let names = archive.file_names().flatten().map(Cow::into_owned);
-    let mut models: Vec<String> = names.filter(|name| name.ends_with(".model")).collect();
-    // The root model stands highest.
-    models.sort_by_key(|name| (name.matches('/').count(), name.clone()));
-    let name = models.first().ok_or("the archive holds no model")?;
-    let file = archive.by_name(name).map_err(|error| error.to_string())?;
-    let mut text = String::new();
-    let read = file.take(MOST_BYTES).read_to_string(&mut text);
-    read.map_err(|error| format!("the model cannot be unpacked: {error}"))?;
-    Ok(text)
+impl Archive<'_> {
+    fn open(bytes: &[u8]) -> Result<Archive<'_>, String> {
+        let zip = zip::ZipArchive::new(Cursor::new(bytes))
+            .map_err(|error| format!("this is no 3MF archive: {error}"))?;
+        let names = zip.file_names().flatten().map(Cow::into_owned);
+        let mut models: Vec<String> = names.filter(|name| name.ends_with(".model")).collect();
+        // The root model stands highest.
+        models.sort_by_key(|name| (name.matches('/').count(), name.clone()));
+        models.truncate(1);
+        if models.is_empty() {
+            return Err("the archive holds no model".to_owned());
+        }
+        Ok(Archive {
+            zip,
+            files: models,
+            left: MOST_BYTES,
+        })
+    }
+
+    /// The text of a model file.
+    fn unpack(&mut self, file: usize) -> Result<String, String> {
+        let name = &self.files[file];
+        let found = self.zip.by_name(name);
+        let found = found.map_err(|error| format!("{:?}: {error}", excerpt(name)))?;
+        let mut text = String::new();
+        let read = found.take(self.left).read_to_string(&mut text);
+        read.map_err(|error| format!("the model cannot be unpacked: {error}"))?;
+        self.left -= text.len() as u64;
+        Ok(text)
+    }
 }
 
-fn read_model(text: &str) -> Result<Model, Located> {
+/// Reads a model file; others that it refers to join the list of files.
+fn read_model(
+    text: &str,
+    file: usize,
+    files: &mut Vec<String>,
+    model: &mut Model,
+) -> Result<(), Located> {
     let mut reader = Reader::from_str(text);
-    let mut model = Model::default();
-    let mut current: Option<u64> = None;
+    let mut current: Option<Id> = None;
+    let mut group: Option<Id> = None;
     loop {
         let event = reader.read_event().map_err(|e| syntax(e.to_string()))?;
         let tag = match &event {
             Event::Start(tag) | Event::Empty(tag) => tag,
-            Event::Eof => return Ok(model),
+            Event::Eof => return Ok(()),
             _ => continue,
         };
         let tag = Tag(tag);
         let name = tag.0.local_name();
         let object = current.and_then(|id| model.objects.get_mut(&id));
         match (name.as_ref(), object) {
-            ("model", _) => model.unit = tag.text("unit"),
+            ("model", _) if file == 0 => model.unit = tag.text("unit"),
+            ("basematerials" | "colorgroup", _) => {
+                let id = (file, tag.number("id")?);
+                group = Some(id);
+                model.properties.entry(id).or_default();
+            }
+            (kind @ ("base" | "color"), _) => {
+                let of = if kind == "base" { "name" } else { "color" };
+                if let Some(list) = group.and_then(|id| model.properties.get_mut(&id)) {
+                    list.push(tag.needed(of)?);
+                }
+            }
             ("object", _) => {
-                let id = tag.number("id")?;
+                let id = (file, tag.number("id")?);
                 current = Some(id);
                 let name = tag.text("name").filter(|name| !name.is_empty());
                 let object = model.objects.entry(id).or_default();
                 object.name = name;
+                object.paint = tag.paint("pindex")?;
             }
             ("vertex", Some(object)) => {
                 let at = [tag.real("x")?, tag.real("y")?, tag.real("z")?];
@@ -141,6 +207,10 @@ fn read_model(text: &str) -> Result<Model, Located> {
                 for (at, name) in corners.iter_mut().zip(["v1", "v2", "v3"]) {
                     let index = i64::try_from(tag.number(name)?).unwrap_or(i64::MAX);
                     *at = corner(index, count).map_err(|problem| (Place::Whole, problem))?;
+                }
+                if let Some(paint) = tag.paint_of_triangle(object.paint)? {
+                    object.paints.resize(object.triangles.len(), None);
+                    object.paints.push(Some(paint));
                 }
                 object.triangles.push(corners);
             }
@@ -156,15 +226,13 @@ fn read_model(text: &str) -> Result<Model, Located> {
                 object.add_to_set(tag.number("startindex")?, tag.number("endindex")?)?;
             }
             ("component", Some(object)) => {
-                tag.check_path()?;
-                let part = (tag.number("objectid")?, tag.transform()?);
-                object.components.push(part);
+                let id = (tag.file(file, files)?, tag.number("objectid")?);
+                object.components.push((id, tag.transform()?));
             }
-            ("item", _) => {
-                tag.check_path()?;
-                model
-                    .items
-                    .push((tag.number("objectid")?, tag.transform()?));
+            // Only the root builds.
+            ("item", _) if file == 0 => {
+                let id = (tag.file(file, files)?, tag.number("objectid")?);
+                model.items.push((id, tag.transform()?));
             }
             _ => {}
         }
@@ -240,14 +308,41 @@ impl Tag<'_> {
         })
     }
 
-    fn check_path(&self) -> Result<(), Located> {
-        match self.text("path") {
-            None => Ok(()),
-            Some(path) => Err(syntax(format!(
-                "an object stands in another model file, {:?}, which is not read",
-                excerpt(&path)
-            ))),
+    /// Property group and place in it, if both are given.
+    fn paint(&self, index: &str) -> Result<Option<(u64, u64)>, Located> {
+        match (self.text("pid"), self.text(index)) {
+            (Some(_), Some(_)) => Ok(Some((self.number("pid")?, self.number(index)?))),
+            _ => Ok(None),
         }
+    }
+
+    /// The same of a triangle, which may leave the group to its object.
+    fn paint_of_triangle(
+        &self,
+        of_object: Option<(u64, u64)>,
+    ) -> Result<Option<(u64, u64)>, Located> {
+        match (self.text("p1"), of_object) {
+            (Some(_), Some((group, _))) if self.text("pid").is_none() => {
+                Ok(Some((group, self.number("p1")?)))
+            }
+            _ => self.paint("p1"),
+        }
+    }
+
+    /// The model file that an object stands in.
+    fn file(&self, own: usize, files: &mut Vec<String>) -> Result<usize, Located> {
+        let Some(path) = self.text("path") else {
+            return Ok(own);
+        };
+        let path = path.trim_start_matches('/');
+        if let Some(known) = files.iter().position(|name| name == path) {
+            return Ok(known);
+        }
+        if files.len() >= MOST_FILES {
+            return Err((Place::Whole, Problem::TooMany("model files")));
+        }
+        files.push(path.to_owned());
+        Ok(files.len() - 1)
     }
 }
 
@@ -261,17 +356,11 @@ struct Out {
 }
 
 impl Out {
-    fn place(
-        &mut self,
-        model: &Model,
-        id: u64,
-        by: Transform,
-        depth: usize,
-    ) -> Result<(), Located> {
+    fn place(&mut self, model: &Model, id: Id, by: Transform, depth: usize) -> Result<(), Located> {
         let object = (model.objects.get(&id))
-            .ok_or_else(|| syntax(format!("object {id} does not exist")))?;
+            .ok_or_else(|| syntax(format!("object {} does not exist", id.1)))?;
         if depth > DEEPEST {
-            return Err(syntax(format!("object {id} is a component of itself")));
+            return Err(syntax(format!("object {} is a component of itself", id.1)));
         }
         self.copies += 1;
         let triangles = self.sink.facet_count() as usize + object.triangles.len();
@@ -293,7 +382,15 @@ impl Out {
         // A mirrored copy would be inside out.
         let mirrored = by.turn.determinant() < 0.0;
         self.names.set_object(object.name.clone());
-        for (corners, groups) in object.triangles.iter().zip(groups) {
+        for ((k, corners), groups) in object.triangles.iter().enumerate().zip(groups) {
+            let paint = object.paints.get(k).copied().flatten().or(object.paint);
+            let paint = paint.and_then(|(group, at)| {
+                model
+                    .properties
+                    .get(&(id.0, group))?
+                    .get(usize::try_from(at).ok()?)
+            });
+            self.names.set_material(paint.cloned());
             let mut corners = corners.map(|v| v + first);
             if mirrored {
                 corners.swap(1, 2);

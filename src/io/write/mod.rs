@@ -166,14 +166,21 @@ pub(crate) fn check_finite(
     single: bool,
     file: &Path,
 ) -> Result<(), WriteError> {
-    let finite = |p: &DVec3| {
-        if single {
-            p.as_vec3().is_finite()
-        } else {
-            p.is_finite()
-        }
+    check_rows(positions.iter().map(|p| p.to_array()), single, file)
+}
+
+/// The same for all numbers that stand at each vertex.
+fn check_rows<const N: usize>(
+    rows: impl Iterator<Item = [f64; N]>,
+    single: bool,
+    file: &Path,
+) -> Result<(), WriteError> {
+    let finite = |x: f64| match single {
+        true => (x as f32).is_finite(),
+        false => x.is_finite(),
     };
-    match positions.iter().position(|p| !finite(p)) {
+    let mut rows = rows;
+    match rows.position(|row| !row.into_iter().all(finite)) {
         None => Ok(()),
         Some(vertex) => Err(WriteError::NotFinite {
             file: file.to_owned(),
@@ -195,7 +202,7 @@ pub fn vertex_code(kind: VertexKind) -> u8 {
 
 /// Number for an edge on a crease in PLY and VTU; its vertices are those of a
 /// sheet.
-const CREASE_CODE: u8 = 5;
+pub const CREASE_CODE: u8 = 5;
 
 /// Number for a border kind in PLY and VTU; that of its vertices.
 fn border_code(kind: BorderKind) -> u8 {

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::inp::Dialect;
 use super::template::Template;
-use super::{Staged, WriteError, bdf, glb, inp, msh, stage};
-use crate::shell::{Order, ShellModel};
+use super::{Staged, WriteError, bdf, check_rows, glb, inp, msh, stage};
+use crate::shell::{Order, ShellModel, ShellNode};
 
 /// Formats of a shell model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +68,32 @@ pub fn stage_shell(
         file: file.to_owned(),
         known: ".inp, .bdf, .msh or .glb",
     })?;
+    check_model(model, format, file)?;
     stage(file, |out| write_shell(model, format, options, out))
+}
+
+/// Refuses a model with numbers that are not finite as they will be written.
+fn check_model(model: &ShellModel, format: ShellFormat, file: &Path) -> Result<(), WriteError> {
+    let single = format == ShellFormat::Glb;
+    let node = |n: &ShellNode| {
+        let [x, y, z] = n.position.to_array();
+        [x, y, z, n.thickness]
+    };
+    check_rows(model.nodes.iter().map(node), single, file)?;
+    // A normal is named by a node that has it.
+    let corners =
+        (model.elements.iter()).flat_map(|element| element.nodes.iter().zip(&element.normals));
+    let bad = |&&n: &&u32| !model.normals[n as usize].is_finite();
+    let vertex = corners
+        .into_iter()
+        .find(|(_, n)| bad(n))
+        .map(|(v, _)| *v as usize);
+    vertex.map_or(Ok(()), |vertex| {
+        Err(WriteError::NotFinite {
+            file: file.to_owned(),
+            vertex,
+        })
+    })
 }
 
 /// Writes a model to any sink.

@@ -11,7 +11,8 @@
 //!   junctions, borders and Euler characteristic. No edge gains triangles.
 //! - Lines stay: a coping border where it was, or within its flat coping face;
 //!   seams and fading borders within [`Settings::drift`], like the sheets.
-//! - No triangle turns over or loses its height.
+//! - No triangle turns over or loses its height, and beside lines none comes to
+//!   pass through another.
 //! - The same mesh gives the same result, bit for bit.
 //!
 //! # What is not
@@ -30,7 +31,7 @@ use super::complex::{Complex, Rank};
 use super::facing::{TRUSTED, TURN};
 use super::shape::{Shape, crossing_gap, to_segment, to_triangle};
 use crate::field::Field;
-use crate::mesh::FaceId;
+use crate::mesh::{FaceId, clash};
 use crate::surface::marked::Line;
 use crate::surface::marked::MarkedMesh;
 
@@ -82,6 +83,9 @@ pub struct Edits {
 /// No edit makes a triangle flatter than this, least height over longest
 /// edge, unless it was nearly as flat before.
 const FLATTEST: f64 = 1e-5;
+
+/// Height over longest edge from which on a triangle can pass through another.
+const NO_HEIGHT: f64 = 1e-9;
 
 /// Sine of the angle that is good enough: an edit may lower better ones to it.
 const GOOD_ENOUGH: f64 = 0.21;
@@ -236,7 +240,9 @@ impl<'f> Cleaner<'f> {
                     continue;
                 }
                 let acceptable = |o: &Outcome| o.sine >= LOSS * o.before.min(GOOD_ENOUGH);
-                if let Some((u, v, outcome)) = self.best_contraction(a, b, acceptable) {
+                if let Some((u, v, outcome)) = self.best_contraction(a, b, acceptable)
+                    && self.contracts_clear(u, v)
+                {
                     self.contract(u, v, outcome.drift);
                     changed += 1;
                 }
@@ -285,7 +291,9 @@ impl<'f> Cleaner<'f> {
                     }
                 }
             }
-            if let Some((u, v, outcome)) = best {
+            if let Some((u, v, outcome)) = best
+                && self.contracts_clear(u, v)
+            {
                 self.contract(u, v, outcome.drift);
                 changed += 1;
             }
@@ -382,6 +390,49 @@ impl<'f> Cleaner<'f> {
             .then_some(outcome)
     }
 
+    fn contracts_clear(&self, u: u32, v: u32) -> bool {
+        let old = self.complex.around(u);
+        let new: SmallVec<[[u32; 3]; 8]> = (old.iter())
+            .filter_map(|&t| self.complex.corners(t))
+            .filter(|c| !c.contains(&v))
+            .map(|c| c.map(|w| if w == u { v } else { w }))
+            .collect();
+        self.keeps_clear(old, &new)
+    }
+
+    fn flips_clear(&self, a: u32, b: u32, [(s, c), (t, d)]: [(u32, u32); 2]) -> bool {
+        self.keeps_clear(&[s, t], &[[a, d, c], [d, b, c]])
+    }
+
+    /// Whether the triangles that an edit makes pass through none of those
+    /// around them, unless the old ones did. Away from lines sheets are single
+    /// and smooth, and the promised directions are enough.
+    fn keeps_clear(&self, old: &[u32], new: &[[u32; 3]]) -> bool {
+        let complex = &self.complex;
+        let mut ring: SmallVec<[u32; 64]> = (new.iter().flatten())
+            .flat_map(|&v| complex.around(v).iter().copied())
+            .filter(|t| !old.contains(t))
+            .collect();
+        ring.sort_unstable();
+        ring.dedup();
+        let ring: SmallVec<[[u32; 3]; 64]> = ring
+            .into_iter()
+            .filter_map(|t| complex.corners(t))
+            .collect();
+        if (ring.iter().flatten()).all(|&v| complex.rank(v) == Rank::Inner) {
+            return true;
+        }
+        let clashes = |t: &[u32; 3]| {
+            ring.iter().any(|r| {
+                let sound = |c: [u32; 3]| self.shape(c).flatness > NO_HEIGHT;
+                let places = [*t, *r].map(|c| c.map(|v| complex.at(v)));
+                sound(*t) && sound(*r) && clash(places, [*t, *r])
+            })
+        };
+        let mut before = old.iter().filter_map(|&t| complex.corners(t));
+        !new.iter().any(clashes) || before.any(|t| clashes(&t))
+    }
+
     /// How far a line moves when its vertex `u` is contracted onto its
     /// neighbour `v`; `None` if that is too far.
     fn line_drift(&self, u: u32, v: u32) -> Option<f64> {
@@ -438,6 +489,7 @@ impl<'f> Cleaner<'f> {
                     .max_by(|x, y| x.0.total_cmp(&y.0));
                 if let Some((_, gap, a, b)) = best
                     && let Some(wings) = self.complex.wings(a, b)
+                    && self.flips_clear(a, b, wings)
                 {
                     self.complex.flip(a, b, wings);
                     for v in [a, b, wings[0].1, wings[1].1] {

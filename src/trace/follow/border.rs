@@ -9,9 +9,10 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::contour::{self, Barrier, Exit, Fence, Region, Start, Stop};
+use super::cage::Cage;
+use super::contour::{self, Start, Stop};
 use super::fan::Fan;
-use super::seam::Cage;
+use super::region::{Barrier, Exit, Fence, Region};
 use crate::mesh::FaceId;
 use crate::trace::probe::{Pair, Probe};
 use crate::trace::tolerances::Tolerances;

@@ -6,25 +6,28 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::contour::{self, Exit, Region, Start, Stop};
+use super::contour::{self, Start, Stop};
 use super::fan::{Spoke, alike, fan};
+use super::refine::Refined;
+use super::region::{Exit, Region};
 use crate::mesh::FaceId;
 use crate::trace::edge::Crossing;
 use crate::trace::probe::{Pair, Probe};
 use crate::trace::solve::distance_to;
 use crate::trace::tolerances::{SAME_WAY, Tolerances};
-use crate::walls::{MAX_FIN_ANGLE, object_angle};
 
 /// What a face vertex is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FaceNodeKind {
-    /// Walls tie: three or more spokes make a seam, two a crease, one the end
-    /// of the sheet in a round.
+    /// Walls tie: three or more spokes make a seam, two a bend of one sheet, one
+    /// the end of the sheet in a round.
     Tie,
     /// The contour leaves the part through this coping triangle.
     Coping(FaceId),
     /// The walls of the contour stop being separate.
     Fading,
+    /// The contour was lost between walls that are: it ends where no wall does.
+    Torn,
 }
 
 /// A vertex inside a face.
@@ -91,24 +94,67 @@ pub struct FaceContours {
     pub matched: u32,
 }
 
+/// Steps into which the sides of a face are cut where a follower is lost on it.
+const REFINED: [usize; 2] = [4, 16];
+
+/// How far a contour may lie beside its chord on a refined face, in sizes of
+/// the face: a fiftieth cannot be seen.
+const SLACK: f64 = 0.02;
+
 /// Solves a face given the vertices on its sides and the seeds inside it.
 pub fn solve_face(
+    probe: &mut Probe,
+    region: Region,
+    sides: [&[Crossing]; 3],
+    low_first: [bool; 3],
+    seeds: &[FaceSeed],
+) -> FaceContours {
+    let plain = follow_all(probe, region.clone(), sides, low_first, seeds);
+    let mut out = if plain.out.lost.is_empty() && !plain.contours_cross() {
+        plain.out
+    } else {
+        refined(probe, &region, sides, low_first, seeds)
+    };
+    out.number_by_place();
+    out
+}
+
+/// Solves a face in small triangles, smaller ones if need be.
+fn refined(
+    probe: &mut Probe,
+    region: &Region,
+    sides: [&[Crossing]; 3],
+    low_first: [bool; 3],
+    seeds: &[FaceSeed],
+) -> FaceContours {
+    let slack = SLACK * region.diameter();
+    let [coarse, fine] = REFINED;
+    let mut face = Refined::new(probe, region, coarse, sides, low_first, seeds);
+    if !face.is_sound() {
+        face = Refined::new(probe, region, fine, sides, low_first, seeds);
+    }
+    face.contours(probe, slack)
+}
+
+/// Follows every contour of a face, from the vertices known.
+pub(super) fn follow_all(
     probe: &mut Probe,
     mut region: Region,
     sides: [&[Crossing]; 3],
     low_first: [bool; 3],
     seeds: &[FaceSeed],
-) -> FaceContours {
+) -> Work {
     let size = region.corners[0].distance(region.corners[1]);
     region.stations = seeds.iter().map(|s| s.at).collect();
     let mut face = Work {
-        region: &region,
+        region,
         sides: sides.map(|s| s.to_vec()),
         low_first,
         used: sides.map(|s| vec![false; s.len()]),
         spokes_used: Vec::new(),
         near: Tolerances::new(probe.walls().tolerances(), size).same_point,
         faded: Vec::new(),
+        stranded: Vec::new(),
         out: FaceContours::default(),
     };
     for seed in seeds {
@@ -141,7 +187,8 @@ pub fn solve_face(
             left: crossing.walls[0],
             right: crossing.walls[1],
         };
-        let pair = contour::aim(probe, crossing.at, region.normal, pair, region.inward(side));
+        let inward = face.region.inward(side);
+        let pair = contour::aim(probe, crossing.at, face.region.normal, pair, inward);
         face.walk(
             probe,
             ArcEnd::Crossing {
@@ -153,9 +200,7 @@ pub fn solve_face(
         );
     }
     face.drop_faded();
-    face.close_open_ends(probe);
-    face.out.number_by_place();
-    face.out
+    face
 }
 
 impl FaceContours {
@@ -185,19 +230,22 @@ impl FaceContours {
     }
 }
 
-struct Work<'r> {
-    region: &'r Region,
-    sides: [Vec<Crossing>; 3],
+/// A face on which contours are being followed.
+pub(super) struct Work {
+    pub(super) region: Region,
+    pub(super) sides: [Vec<Crossing>; 3],
     low_first: [bool; 3],
     used: [Vec<bool>; 3],
     spokes_used: Vec<SmallVec<[bool; 4]>>,
-    near: f64,
+    pub(super) near: f64,
     /// Spokes along which no sheet leaves.
-    faded: Vec<(u16, u16)>,
-    out: FaceContours,
+    pub(super) faded: Vec<(u16, u16)>,
+    /// Ends whose followers could not go on, and how far they came.
+    pub(super) stranded: Vec<(ArcEnd, DVec3)>,
+    pub(super) out: FaceContours,
 }
 
-impl Work<'_> {
+impl Work {
     fn unused_crossing(&self, from: usize) -> Option<(usize, usize)> {
         (from..3).find_map(|s| self.used[s].iter().position(|u| !u).map(|i| (s, i)))
     }
@@ -242,7 +290,13 @@ impl Work<'_> {
     }
 
     /// A vertex with one contour, `pair` heading away from it.
-    fn add_border(&mut self, probe: &Probe, at: DVec3, pair: Pair, kind: FaceNodeKind) -> usize {
+    pub(super) fn add_border(
+        &mut self,
+        probe: &Probe,
+        at: DVec3,
+        pair: Pair,
+        kind: FaceNodeKind,
+    ) -> usize {
         let field = probe.field();
         let across = distance_to(field, at, pair.left).1 - distance_to(field, at, pair.right).1;
         let direction = self.region.normal.cross(across).normalize_or_zero();
@@ -267,7 +321,7 @@ impl Work<'_> {
             ArcEnd::Crossing { .. } => Start::Plain,
             ArcEnd::Spoke { .. } => Start::Vertex,
         };
-        let stop = contour::follow(probe, self.region, at, pair, start);
+        let stop = contour::follow(probe, &self.region, at, pair, start);
         let to = match stop {
             Stop::Side { side, at, pair } => self.arrive_on_side(probe, side, at, pair),
             Stop::Node { fan, arrived, pair } => {
@@ -333,6 +387,7 @@ impl Work<'_> {
                 self.arrive_at_border(probe, at, pair, FaceNodeKind::Fading)
             }
             Stop::Lost { at } => {
+                self.stranded.push((from, at));
                 self.out.lost.push(at);
                 return;
             }
@@ -347,7 +402,7 @@ impl Work<'_> {
     }
 
     /// Takes spokes along which no sheet leaves from vertices that keep another.
-    fn drop_faded(&mut self) {
+    pub(super) fn drop_faded(&mut self) {
         self.faded.sort_unstable();
         self.faded.dedup();
         for (node, spoke) in std::mem::take(&mut self.faded).into_iter().rev() {
@@ -364,85 +419,6 @@ impl Work<'_> {
                 {
                     *s -= 1;
                 }
-            }
-        }
-    }
-
-    /// Ends that no contour has: a follower was lost on the way.
-    fn open_ends(&self) -> SmallVec<[(ArcEnd, DVec3, [FaceId; 2]); 4]> {
-        let crossings = (self.sides.iter().enumerate()).flat_map(|(side, list)| {
-            list.iter().enumerate().map(move |(index, c)| {
-                let end = ArcEnd::Crossing {
-                    side: side as u8,
-                    index: index as u16,
-                };
-                (end, c.at, c.walls)
-            })
-        });
-        let spokes = (self.out.nodes.iter().enumerate()).flat_map(|(node, n)| {
-            n.spokes.iter().enumerate().map(move |(spoke, s)| {
-                let end = ArcEnd::Spoke {
-                    node: node as u16,
-                    spoke: spoke as u16,
-                };
-                (end, n.at, [s.pair.left, s.pair.right])
-            })
-        });
-        let joined = |end: &ArcEnd| self.out.arcs.iter().any(|a| a.ends.contains(end));
-        (crossings.chain(spokes))
-            .filter(|(end, ..)| !joined(end))
-            .collect()
-    }
-
-    /// Joins open ends between the same two walls by a contour, the nearest
-    /// first, so that both tetrahedra at the face get the same. A weak sheet
-    /// that is left with one end fades there.
-    fn close_open_ends(&mut self, probe: &Probe) {
-        if self.out.lost.is_empty() {
-            return;
-        }
-        let open = self.open_ends();
-        let field = probe.field();
-        let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
-        for (i, a) in open.iter().enumerate() {
-            for (j, b) in open.iter().enumerate().skip(i + 1) {
-                let one_node = matches!((a.0, b.0), (ArcEnd::Spoke { node: m, .. }, ArcEnd::Spoke { node: n, .. }) if m == n);
-                let like = alike(field, a.1, a.2, b.2) || alike(field, b.1, a.2, b.2);
-                if like && !one_node {
-                    candidates.push((a.1.distance(b.1), i, j));
-                }
-            }
-        }
-        candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        let mut taken: SmallVec<[bool; 4]> = SmallVec::from_elem(false, open.len());
-        for (_, i, j) in candidates {
-            if !taken[i] && !taken[j] {
-                (taken[i], taken[j]) = (true, true);
-                self.out.arcs.push(FaceArc {
-                    ends: [open[i].0, open[j].0],
-                });
-                self.out.matched += 1;
-            }
-        }
-        for (k, &(end, at, [left, right])) in open.iter().enumerate() {
-            let angle = || {
-                let foot = |w: FaceId| field.footpoint_on(at, w);
-                object_angle(at, &foot(left), &foot(right))
-            };
-            // Walls so weak that whether they are separate is told by the way
-            // round them, from one point so and from another otherwise.
-            let weak = || angle() <= MAX_FIN_ANGLE;
-            if !taken[k] && matches!(end, ArcEnd::Crossing { .. }) && weak() {
-                let pair = Pair { left, right };
-                let node = self.add_border(probe, at, pair, FaceNodeKind::Fading);
-                let border = ArcEnd::Spoke {
-                    node: node as u16,
-                    spoke: 0,
-                };
-                self.out.arcs.push(FaceArc {
-                    ends: [end, border],
-                });
-                self.out.matched += 1;
             }
         }
     }

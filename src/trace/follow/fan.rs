@@ -50,12 +50,13 @@ pub fn unlike(field: &Field, at: DVec3, a: [FaceId; 2], b: [FaceId; 2]) -> f64 {
     (p.distance(u) + q.distance(v)).min(p.distance(v) + q.distance(u))
 }
 
+/// Largest [`unlike`] of one sheet: two gaps of some six degrees.
+pub const ALIKE: f64 = 0.2;
+
 /// Whether two pairs of walls that tie at a point make the same sheet there:
 /// facets of one curved wall are beside each other, two walls are not.
 pub fn alike(field: &Field, at: DVec3, a: [FaceId; 2], b: [FaceId; 2]) -> bool {
-    /// Two gaps of some six degrees.
-    const GAP: f64 = 0.2;
-    unlike(field, at, a, b) < GAP
+    unlike(field, at, a, b) < ALIKE
 }
 
 /// Gathers the tied footpoints of `at` into `probe.feet`, one a place.

@@ -5,11 +5,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::contour::{Barrier, Region};
 use super::face::{ArcEnd, FaceContours, FaceNodeKind, solve_face};
+use super::region::{Barrier, Region};
+use crate::field::Field;
+use crate::mesh::{Part, PartOptions, TriMesh};
 use crate::trace::edge::{Crossing, crossings, sample_node};
 use crate::trace::oracle::{Dice, Oracle};
 use crate::trace::probe::Probe;
+use crate::trace::tolerances::TINY;
+use crate::walls::{Separation, Walls};
 
 type Side = SmallVec<[Crossing; 1]>;
 
@@ -108,7 +112,7 @@ fn check(oracle: &Oracle, solved: &Solved) {
             // Where a fin was left out, a contour bends: two spokes, two walls.
             FaceNodeKind::Tie => assert_eq!(node.spokes.len(), labels.max(2), "{node:?}"),
             FaceNodeKind::Coping(_) => assert_eq!((node.spokes.len(), labels), (1, 2)),
-            FaceNodeKind::Fading => panic!("nothing fades here: {node:?}"),
+            kind => panic!("nothing ends here: {kind:?}, {node:?}"),
         }
     }
     for place in triple_points(oracle, corners) {
@@ -263,5 +267,96 @@ fn a_face_is_the_same_from_every_start_and_mirrored() {
                 }
             }
         }
+    }
+}
+
+/// A wedge: two plane walls that meet at an angle in a knife edge along z, the
+/// mid-surface being the half-plane y = 0 between them up to the edge. Its
+/// back and both ends are coping.
+fn wedge(angle: f64) -> Part {
+    let half = 10.0 * (0.5 * angle).to_radians().tan();
+    let outline = [(0.0, 0.0), (10.0, -half), (10.0, half)];
+    let at = |z: f64| outline.map(|(x, y)| DVec3::new(x, y, z));
+    let mesh = TriMesh {
+        positions: [at(0.0), at(6.0)].concat(),
+        triangles: vec![
+            [0, 2, 1],
+            [3, 4, 5],
+            [1, 2, 5],
+            [1, 5, 4],
+            [0, 1, 4],
+            [0, 4, 3],
+            [2, 0, 3],
+            [2, 3, 5],
+        ],
+    };
+    let coping = (0..8).map(|t| t < 4).collect();
+    Part::new(mesh, coping, PartOptions::default()).unwrap().0
+}
+
+/// The part of y = 0 in a triangle that the wedge's mid-surface draws on it,
+/// if it comes from a side.
+fn drawn(corners: &[DVec3; 3]) -> Option<[DVec3; 2]> {
+    let mut ends: Vec<DVec3> = (0..3)
+        .map(|k| (corners[k], corners[(k + 1) % 3]))
+        .filter(|(p, q)| (p.y < 0.0) != (q.y < 0.0))
+        .map(|(p, q)| p.lerp(q, p.y / (p.y - q.y)))
+        .collect();
+    let (p, q) = (ends.pop()?, ends.pop()?);
+    // Clipped to the part in x and z.
+    let (mut low, mut high) = (0.0_f64, 1.0_f64);
+    for (from, to, most) in [(p.x, q.x, 10.0), (p.z, q.z, 6.0)] {
+        let (a, b) = ((0.0 - from) / (to - from), (most - from) / (to - from));
+        (low, high) = (low.max(a.min(b)), high.min(a.max(b)));
+    }
+    let from_side = low == 0.0 || high == 1.0;
+    (low < high && from_side).then(|| [p.lerp(q, low), p.lerp(q, high)])
+}
+
+#[test]
+fn a_sheet_goes_on_to_the_knife_edge_between_its_walls() {
+    for angle in [5.0, 14.0, 30.0] {
+        let part = wedge(angle);
+        let field = Field::new(&part);
+        let separation = Separation {
+            min_angle: crate::extract::DEFAULT_ANGLE,
+            keep_fins_from: None,
+        };
+        let walls = Walls::new(&part, &field, separation);
+        let mut probe = Probe::new(&walls);
+        let mut dice = Dice(17);
+        let (mut at_edge, mut across) = (0, 0);
+        for _ in 0..300 {
+            let at = dice.point(DVec3::new(-0.3, -0.2, -0.3), DVec3::new(4.0, 0.2, 6.3));
+            let one = DVec3::splat(1.0);
+            let corners: [DVec3; 3] = std::array::from_fn(|_| at + dice.point(-one, one));
+            let solved = solve(&mut probe, corners);
+            let face = &solved.face;
+            assert!(face.lost.is_empty(), "{angle}: lost at {:?}", face.lost);
+            // The follower stops where the walls are this near.
+            let size = corners[0]
+                .distance(corners[1])
+                .max(corners[1].distance(corners[2]));
+            let short = 2.0 * TINY * size / (0.5 * angle).to_radians().sin();
+            let wanted = drawn(&corners).filter(|[p, q]| p.distance(*q) > 3.0 * short);
+            let Some(wanted) = wanted else { continue };
+            assert_eq!(face.arcs.len(), 1, "{angle}: {corners:?}");
+            let ends = face.arcs[0].ends.map(|end| match end {
+                ArcEnd::Crossing { side, index } => solved.sides[side as usize][index as usize].at,
+                ArcEnd::Spoke { node, .. } => face.nodes[node as usize].at,
+            });
+            for (p, kind) in ends.iter().zip(face.arcs[0].ends) {
+                let fades = matches!(kind, ArcEnd::Spoke { node, .. } if face.nodes[node as usize].kind == FaceNodeKind::Fading);
+                let near = if fades { short } else { 1e-6 };
+                let off = wanted
+                    .iter()
+                    .map(|w| w.distance(*p))
+                    .fold(f64::MAX, f64::min);
+                assert!(p.y.abs() < 1e-9 && off < near, "{angle}: {p} of {wanted:?}");
+                at_edge += usize::from(fades);
+            }
+            across += 1;
+        }
+        assert!(at_edge > 5 && across > 30, "{angle}: {at_edge} of {across}");
     }
 }

@@ -1,18 +1,16 @@
-//! Strands to loops, loops to triangles.
+//! Strands to loops.
 
 use glam::DVec3;
-use smallvec::SmallVec;
 
-use super::{InnerKind, Line, Plugs, Polygon, Port, Strand, VertexKey, Work};
+use super::{Line, Plugs, Polygon, Port, Strand, VertexKey, Work};
 use crate::mesh::FaceId;
-use crate::trace::edge;
+use crate::trace::follow::face::FaceNodeKind;
 use crate::trace::probe::Pair;
 use crate::trace::solve::distance_to;
-use crate::trace::tet::polygon;
 
 impl Work<'_, '_> {
     /// The common name of a port, where a crease joins two.
-    fn common(&self, port: Port) -> Port {
+    pub(super) fn common(&self, port: Port) -> Port {
         self.bridges
             .iter()
             .find(|b| b.1 == port)
@@ -20,7 +18,7 @@ impl Work<'_, '_> {
     }
 
     /// Strand ends by port: a tetrahedron has a handful.
-    fn plugged(&self) -> Plugs {
+    pub(super) fn plugged(&self) -> Plugs {
         let mut ends: Vec<(Port, usize, usize)> = Vec::with_capacity(2 * self.strands.len());
         for (s, strand) in self.strands.iter().enumerate() {
             for side in 0..2 {
@@ -65,7 +63,8 @@ impl Work<'_, '_> {
             }
             taken[i] = true;
             taken[j] = true;
-            self.out.matched += 1;
+            let fading = [i, j].map(|k| self.fades(open[k].0));
+            self.out.matched += u32::from(fading != [true; 2]);
             if open[i].1 == open[j].1 {
                 self.bridges.push((open[i].0, open[j].0));
                 continue;
@@ -78,12 +77,25 @@ impl Work<'_, '_> {
             } else {
                 Line::FadingBorder
             };
+            // From where it fades a border may run to a seam that its sheet leaves.
+            self.out.torn += u32::from(fading == [false; 2] && line == Line::FadingBorder);
             self.strands.push(Strand {
                 ports: [open[i].0, open[j].0],
                 vertices: [open[i].1, open[j].1],
                 between: Vec::new(),
                 line,
             });
+        }
+    }
+
+    /// Whether the contour of a face fades at a port: borders run from there
+    /// to the next such place.
+    fn fades(&self, port: Port) -> bool {
+        match port {
+            Port::Spoke { face, node, .. } => (self.faces[face as usize].nodes)
+                .get(node as usize)
+                .is_some_and(|n| n.kind == FaceNodeKind::Fading),
+            _ => false,
         }
     }
 
@@ -160,61 +172,6 @@ impl Work<'_, '_> {
                 self.out.open.push(self.position(v));
             }
         }
-    }
-
-    /// Cuts all polygons into triangles.
-    pub(super) fn cut_polygons(&mut self) {
-        let polygons = std::mem::take(&mut self.out.polygons);
-        for polygon in polygons.iter().filter(|p| p.corners.len() >= 3) {
-            let points: Vec<DVec3> = polygon.corners.iter().map(|&v| self.position(v)).collect();
-            let on: Vec<u8> = polygon.corners.iter().map(|&v| self.faces_of(v)).collect();
-            let cut = polygon::triangulate(&points, |i, j| on[i] & on[j] != 0);
-            match cut {
-                Some(triangles) => self
-                    .out
-                    .triangles
-                    .extend(triangles.iter().map(|t| t.map(|c| polygon.corners[c]))),
-                None => {
-                    let middle = self.add_middle(&points);
-                    let n = points.len();
-                    for k in 0..n {
-                        self.out.triangles.push([
-                            polygon.corners[k],
-                            polygon.corners[(k + 1) % n],
-                            middle,
-                        ]);
-                    }
-                }
-            }
-        }
-        self.out.polygons = polygons;
-    }
-
-    /// A vertex in the middle of a polygon, on the mid-surface if it is found there.
-    fn add_middle(&mut self, points: &[DVec3]) -> VertexKey {
-        let centre = points.iter().sum::<DVec3>() / points.len() as f64;
-        let reach = 0.5
-            * points
-                .iter()
-                .map(|p| p.distance(centre))
-                .fold(0.0, f64::max);
-        let normal = polygon::normal(points).normalize_or_zero();
-        let found = edge::crossing_near(self.probe, centre, normal, reach);
-        let (at, walls) = match found {
-            Some(c) => (c.at, SmallVec::from_slice(&c.walls)),
-            None => (centre, SmallVec::new()),
-        };
-        VertexKey::Inner(self.key, self.add_inner(at, InnerKind::Middle, walls))
-    }
-
-    /// Faces of the tetrahedron that a vertex lies on, one bit each.
-    fn faces_of(&self, vertex: VertexKey) -> u8 {
-        let on = |f: usize| match vertex {
-            VertexKey::Edge(e, _) => self.face_keys[f].edges().contains(&e),
-            VertexKey::Face(k, _) => self.face_keys[f] == k,
-            VertexKey::Inner(..) => false,
-        };
-        (0..4).map(|f| (on(f) as u8) << f).sum()
     }
 
     pub(super) fn position(&self, vertex: VertexKey) -> DVec3 {

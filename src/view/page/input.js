@@ -151,6 +151,7 @@ const input = {
       const at = page.inFile(input.placeOf(event, hit.depth));
       const facet = page.tagging && page.tagging.facets ? page.tagging.facets[hit.triangle] : hit.triangle;
       text = `${at.map((value) => figure(value)).join(', ')}\ntriangle ${facet}`;
+      if (page.served) input.askThickness(hit.triangle, at, text);
     }
     page.scene.overlay(feet);
     tip.hidden = !text;
@@ -159,6 +160,25 @@ const input = {
     tip.style.left = `${Math.min(event.offsetX + 16, canvas.clientWidth - 190)}px`;
     tip.style.top = `${Math.min(event.offsetY + 16, canvas.clientHeight - 52)}px`;
     page.render();
+  },
+
+  // Wall thickness under the pointer, from the server; one question at a time.
+  async askThickness(triangle, at, text) {
+    input.wanted = { triangle, at, text };
+    if (input.asking) return;
+    input.asking = true;
+    while (input.wanted) {
+      const { triangle: n, at: p, text: shown } = input.wanted;
+      input.wanted = null;
+      try {
+        const { thickness } = await (await fetch(`thickness?${n},${p.join(',')}`)).json();
+        const tip = $('tip');
+        if (thickness && tip.textContent === shown) tip.textContent = `thickness ${figure(thickness)}\n${shown}`;
+      } catch {
+        // The page says elsewhere that the server went away.
+      }
+    }
+    input.asking = false;
   },
 
   // From wall to wall through the vertex nearest to the pointer.
@@ -382,6 +402,11 @@ const input = {
     canvas.addEventListener('contextmenu', (event) => event.preventDefault());
     document.addEventListener('keydown', input.key);
     document.addEventListener('click', (event) => {
+      const link = event.target.closest('a[href="mid.html"]');
+      if (link && page.tagging) {
+        event.preventDefault();
+        work.saveAs(link);
+      }
       const button = event.target.closest('button');
       if (!button) return;
       const { tool, mark, part, mid, cut } = button.dataset;

@@ -45,7 +45,7 @@ const work = {
       if (!answer.ok) throw new Error(await answer.text());
       const last = await work.follow(answer.body.getReader());
       if (last.error) throw new Error(last.help ? `${last.error}. ${last.help}` : last.error);
-      if (last.result.cells) work.perCell = last.result.seconds / last.result.cells;
+      work.learn(last.result);
       takeMid(unpack(await (await fetch('mid')).arrayBuffer()));
       const cracks = page.mid.facts.counts.cracks;
       page.say(cracks ? `Done, with ${many(cracks)} cracks: see the list` : 'Done, without cracks', cracks > 0);
@@ -56,6 +56,14 @@ const work = {
     work.running = null;
     work.busy(false);
     work.estimate();
+  },
+
+  // What was counted and timed is better than what was estimated.
+  learn({ cells, seconds, cell }) {
+    const { facts } = page.part;
+    if (!cells) return;
+    work.perCell = seconds / cells;
+    if (facts.thickness && cell) facts.cells_at_thickness = cells * (cell / facts.thickness) ** 2;
   },
 
   // Reads lines until the last, showing how far the work is.
@@ -98,6 +106,20 @@ const work = {
       page.tagging.markSaved();
       page.update();
       page.say(`Saved ${page.part.facts.tag_file}`);
+    } catch (error) {
+      page.say(error.message, true);
+    }
+  },
+
+  // The page as a file shows the tags as they are now, saved or not.
+  async saveAs(link) {
+    try {
+      const answer = await fetch('tags', { method: 'POST', body: page.tagging.flags() });
+      if (!answer.ok) throw new Error(await answer.text());
+      const file = document.createElement('a');
+      file.href = link.href;
+      file.download = '';
+      file.click();
     } catch (error) {
       page.say(error.message, true);
     }

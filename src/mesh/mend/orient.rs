@@ -1,11 +1,12 @@
 //! Consistent and outward orientation.
 
-use super::edges::{EdgeKind, EdgeUse, EdgeUses};
-use super::error::{EdgeReport, PartError, PartWarning};
-use super::{FaceId, TriMesh};
+use super::{Repair, middle};
+use crate::mesh::edges::{EdgeKind, EdgeUse, EdgeUses};
+use crate::mesh::error::{EdgeReport, PartError, PartWarning};
+use crate::mesh::{FaceId, TriMesh};
 
 /// An edge with its first triangle, for a message.
-pub(super) fn report(mesh: &TriMesh, uses: &[EdgeUse]) -> EdgeReport {
+pub(in crate::mesh) fn report(mesh: &TriMesh, uses: &[EdgeUse]) -> EdgeReport {
     let [a, b] = uses[0].edge;
     EdgeReport {
         from: mesh.positions[a as usize],
@@ -22,7 +23,7 @@ pub(super) fn report(mesh: &TriMesh, uses: &[EdgeUse]) -> EdgeReport {
 pub(super) fn make_consistent(
     mesh: &mut TriMesh,
     uses: &EdgeUses,
-) -> Result<Option<PartWarning>, PartError> {
+) -> Result<Option<Repair>, PartError> {
     let Some(first) = uses.first(EdgeKind::Misoriented) else {
         return Ok(None);
     };
@@ -79,15 +80,16 @@ pub(super) fn make_consistent(
             flips[face.index()] = turned[face.index()] == Some(minority);
         }
     }
-    let mut count = 0;
-    for (corners, _) in mesh.triangles.iter_mut().zip(&flips).filter(|(_, f)| **f) {
-        corners.swap(1, 2);
-        count += 1;
+    let turned = || (0..flips.len()).filter(|&face| flips[face]);
+    let places: Vec<_> = turned().map(|f| middle(mesh, mesh.triangles[f])).collect();
+    for face in turned() {
+        mesh.triangles[face].swap(1, 2);
     }
-    Ok(Some(PartWarning::Reoriented {
-        triangles: count,
+    let what = PartWarning::Reoriented {
+        triangles: places.len(),
         first,
-    }))
+    };
+    Ok(Some(Repair::at(what, places)))
 }
 
 /// The edge shared by two triangles.
@@ -98,7 +100,7 @@ fn between(mesh: &TriMesh, uses: &EdgeUses, a: FaceId, b: FaceId) -> Option<Edge
 }
 
 /// Turns a part that is inside out as a whole.
-pub(super) fn make_outward(mesh: &mut TriMesh) -> Option<PartWarning> {
+pub(super) fn make_outward(mesh: &mut TriMesh) -> Option<Repair> {
     let volume = mesh.volume();
     if volume >= 0.0 {
         return None;
@@ -106,5 +108,5 @@ pub(super) fn make_outward(mesh: &mut TriMesh) -> Option<PartWarning> {
     for corners in &mut mesh.triangles {
         corners.swap(1, 2);
     }
-    Some(PartWarning::Turned { volume })
+    Some(Repair::at(PartWarning::Turned { volume }, []))
 }
