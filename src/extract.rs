@@ -9,22 +9,22 @@ use thiserror::Error;
 
 use crate::check::closed_over::{ClosedOver, closed_over};
 use crate::field::Field;
-use crate::lattice::Lattice;
-use crate::mesh::{Frame, Part};
-use crate::reshape::ElementSettings;
-use crate::reshape::clean;
+use crate::lattice::{Lattice, TetKey};
+use crate::mesh::{FaceId, Frame, Part};
 use crate::reshape::crease::mark_creases;
 use crate::reshape::project::Projector;
 use crate::reshape::remesh::{self, Meshed, remesh};
+use crate::reshape::{self, ElementSettings, TooManyElements, clean};
 use crate::settings::cell::{BadCell, CellSize, Scale};
 use crate::settings::memory::{MEMORY_LIMIT, TooFine};
 use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::surface::MidSurface;
 use crate::surface::build::build;
 use crate::surface::graph::SheetGraph;
+use crate::surface::marked::MarkedMesh;
 use crate::trace::feet;
-use crate::trace::walk::{Counts, Tracer};
-use crate::walls::thickness::ThicknessProfile;
+use crate::trace::walk::{Counts, Tracer, block_bits};
+use crate::walls::thickness::{ThicknessProfile, spread};
 use crate::walls::{Separation, Walls};
 
 /// What to extract and how finely.
@@ -36,7 +36,8 @@ pub struct Settings {
     pub min_angle: f64,
     /// Keep the sheets that run into convex edges.
     pub keep_fins: bool,
-    /// Most memory the lattice may take, bytes; a finer cell is refused.
+    /// Most memory to take, bytes: blocks of the lattice are made as small as
+    /// it asks, and a cell of which the result would not fit is refused.
     pub memory_limit: u64,
     /// Elements wanted; none for the mesh as it is traced.
     pub elements: Option<ElementSettings>,
@@ -59,13 +60,9 @@ impl Default for Settings {
 /// input makes of a flat wall.
 pub const DEFAULT_ANGLE: f64 = 15.0;
 
-/// Least object angle of a fin that is kept with [`Settings::keep_fins`]:
-/// above the facet angle of usual tessellations.
-const KEPT_FIN_ANGLE: f64 = 40.0;
-
-/// Bytes that an active cell takes at the peak, for the memory bound: 8,600 to
-/// 11,300, measured on four parts between a fifth of the thickness and all of it.
-const BYTES_PER_CELL: f64 = 11_000.0;
+/// Bytes that an active cell of the result takes at the peak, which is in
+/// cleaning: 2,000 measured for each further cell, between 24,000 and 378,000.
+const BYTES_PER_CELL: f64 = 2_200.0;
 
 /// Why nothing could be extracted.
 #[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
@@ -85,6 +82,10 @@ pub enum ExtractError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     TooFine(#[from] TooFine),
+    /// The elements would not fit.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    TooManyElements(#[from] TooManyElements),
     /// It was asked to stop; see [`extract_until`].
     #[error("stopped on request")]
     #[diagnostic(help("start again"))]
@@ -168,36 +169,120 @@ pub fn extract_until(
     progress: &Progress,
     stop: &Stop,
 ) -> Result<Extraction, ExtractError> {
+    with_scene(part, settings, progress, |scene| {
+        stop.heed()?;
+        let start = Instant::now();
+        let mut tracer = Tracer::new(
+            scene.walls,
+            scene.lattice,
+            block_bits(settings.memory_limit),
+        );
+        tracer.run(progress, stop)?;
+        let counts = tracer.counts();
+        let mesh = tracer.assemble();
+        let trace_seconds = start.elapsed().as_secs_f64();
+        finish(&scene, mesh, counts, trace_seconds, progress, stop)
+    })
+}
+
+/// A part with all that the stages after the field ask.
+pub(crate) struct Scene<'s> {
+    /// The solid that is extracted from, where it is not the part given.
+    solid: Option<&'s Part>,
+    /// The solid in the part's own coordinates.
+    whole: &'s Part,
+    /// The solid near the origin.
+    part: &'s Part,
+    frame: Frame,
+    pub(crate) field: &'s Field,
+    pub(crate) walls: &'s Walls<'s>,
+    profile: &'s ThicknessProfile,
+    /// Cells of the length asked for.
+    pub(crate) lattice: Lattice,
+    settings: &'s Settings,
+    field_seconds: f64,
+}
+
+impl Scene<'_> {
+    /// Tetrahedra at points spread over the walls.
+    pub(crate) fn wall_points(&self) -> Vec<TetKey> {
+        let spacing = (self.part.area() / WALL_POINTS).sqrt();
+        let walls = (0..self.field.face_count() as u32).map(FaceId);
+        (walls.filter(|&f| !self.field.is_coping(f)))
+            .flat_map(|f| spread(self.field.corners(f), spacing, usize::MAX))
+            .map(|p| self.lattice.locate(p))
+            .collect()
+    }
+}
+
+/// Points by which a part is cut in shards, about, besides one a triangle.
+const WALL_POINTS: f64 = 100_000.0;
+
+/// Sets a part up for the walk and what follows it.
+pub(crate) fn with_scene<R, E: From<ExtractError>>(
+    part: &Part,
+    settings: &Settings,
+    progress: &Progress,
+    go: impl FnOnce(Scene) -> Result<R, E>,
+) -> Result<R, E> {
     let start = Instant::now();
     progress("field", 0, 0);
     let solid = part.bodies_meet().then(|| part.united().ok()).flatten();
-    let part = solid.as_ref().unwrap_or(part);
-    let frame = Frame::around(&part.bounds());
-    let whole = part;
-    let part = &*part.in_frame(frame);
+    let whole = solid.as_ref().unwrap_or(part);
+    let frame = Frame::around(&whole.bounds());
+    let part = &*whole.in_frame(frame);
     let field = Field::new(part);
     let profile = ThicknessProfile::measure(&field, 2000);
     let cell = cell_size(part, &profile, settings)?;
     let walls = Walls::new(part, &field, separation(settings));
     let lattice = lattice(part, &field, &profile, cell, settings)?;
+    go(Scene {
+        solid: solid.as_ref(),
+        whole,
+        part,
+        frame,
+        field: &field,
+        walls: &walls,
+        profile: &profile,
+        lattice,
+        settings,
+        field_seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// From the traced mesh to the result.
+pub(crate) fn finish(
+    scene: &Scene,
+    mesh: MarkedMesh,
+    counts: Counts,
+    trace_seconds: f64,
+    progress: &Progress,
+    stop: &Stop,
+) -> Result<Extraction, ExtractError> {
+    let &Scene {
+        part,
+        frame,
+        field,
+        walls,
+        profile,
+        settings,
+        ..
+    } = scene;
+    let cell = scene.lattice.cell();
+    let start = Instant::now();
     stop.heed()?;
-    let field_seconds = start.elapsed().as_secs_f64();
-
-    let mut tracer = Tracer::new(&walls, lattice);
-    tracer.run(progress, stop)?;
-    let trace_seconds = start.elapsed().as_secs_f64() - field_seconds;
-
     progress("mesh", 0, 0);
-    let projector = Projector::new(&walls);
+    let projector = Projector::new(walls);
     // Creases last: to clean once more would let lines drift further.
-    let cleaned = clean::clean_on(tracer.assemble(), cell, &field);
+    let cleaned = clean::clean_on(mesh, cell, field);
     let traced = mark_creases(cleaned, &projector);
     stop.heed()?;
-    let mesh_seconds = start.elapsed().as_secs_f64() - field_seconds - trace_seconds;
+    let mesh_seconds = start.elapsed().as_secs_f64();
 
-    let meshed = match element_settings(part, &profile, settings)? {
+    let meshed = match element_settings(part, profile, settings)? {
         Some(wanted) => {
             progress("remesh", 0, 0);
+            reshape::fits(traced.plain().area(), wanted.size, settings.memory_limit)?;
             remesh(&traced, &projector, &wanted)
         }
         None => Meshed {
@@ -206,8 +291,7 @@ pub fn extract_until(
         },
     };
     stop.heed()?;
-    let before = field_seconds + trace_seconds + mesh_seconds;
-    let remesh_seconds = start.elapsed().as_secs_f64() - before;
+    let remesh_seconds = start.elapsed().as_secs_f64() - mesh_seconds;
     let Meshed {
         mesh,
         quads,
@@ -215,7 +299,7 @@ pub fn extract_until(
         balls: carried,
         edits,
     } = meshed;
-    let mut balls = feet::balls(&mesh, &field);
+    let mut balls = feet::balls(&mesh, field);
     for (v, ball) in carried {
         balls[v as usize] = ball;
     }
@@ -223,36 +307,30 @@ pub fn extract_until(
     surface.leave(frame);
     frame.leave(middles.iter_mut().map(|m| &mut m.1));
     let graph = SheetGraph::of(&surface);
-    let closed_over = closed_over(whole, &surface, cell);
-    let graph_seconds = start.elapsed().as_secs_f64() - before - remesh_seconds;
+    let closed_over = closed_over(scene.whole, &surface, cell);
 
     let work = Work {
         cell,
-        field_seconds,
+        field_seconds: scene.field_seconds,
         trace_seconds,
-        mesh_seconds: mesh_seconds + graph_seconds,
+        mesh_seconds: start.elapsed().as_secs_f64() - remesh_seconds,
         remesh_seconds,
         edits,
-        counts: tracer.counts(),
+        counts,
     };
     Ok(Extraction {
         surface,
         graph,
         quads,
         middles,
-        solid,
+        solid: scene.solid.cloned(),
         closed_over,
         work,
     })
 }
 
 pub(crate) fn separation(settings: &Settings) -> Separation {
-    Separation {
-        min_angle: settings.min_angle,
-        keep_fins_from: settings
-            .keep_fins
-            .then_some(KEPT_FIN_ANGLE.max(settings.min_angle)),
-    }
+    Separation::new(settings.min_angle, settings.keep_fins)
 }
 
 fn cell_size(

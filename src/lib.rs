@@ -22,6 +22,7 @@
 //! | [`surface`] | the result as a value: sheets, seams, borders, and what to say of them |
 //! | [`reshape`] | what edits it: clean-up, creases, remeshing |
 //! | [`check`] | the result held against the part |
+//! | [`shard`] | an extraction in pieces computed apart: [`shard::shard`], [`shard::merge`] |
 //! | [`inspect`] | what a part is: counts, measures, wall thickness |
 //! | [`coping`] | which triangles close a wall: tag files, and finding them |
 //! | [`io`] | readers and writers, one file a format |
@@ -41,7 +42,7 @@
 //! # Who may use whom
 //!
 //! ```text
-//! settings, mesh, lattice <- field <- walls <- trace <- extract
+//! settings, mesh, lattice <- field <- walls <- trace <- extract <- shard
 //! mesh <- surface <- { trace, reshape, check, rethicken, io }
 //! mesh <- dual_contour <- { offset, thicken, rethicken, subdivide }
 //! { io, coping, mesh } <- intake <- report -> the engines
@@ -82,6 +83,7 @@ pub mod reshape;
 pub mod rethicken;
 pub mod roundtrip;
 pub mod settings;
+pub mod shard;
 pub mod shell;
 pub mod subdivide;
 pub mod surface;

@@ -1,6 +1,10 @@
 //! Extraction, in time and memory: the moulded enclosure at the size of the
 //! paper's example, and a ribbed plate of a million triangles at four cell sizes.
 //!
+//! Beside it, what a nearest-point query of parry3d takes on the enclosure along a
+//! walk: machines differ, and processor time for each active cell over that
+//! does not. Shards of the enclosure are computed one after the other and joined.
+//!
 //! `cargo bench --bench extract`; with numbers after `--`, these wall thicknesses
 //! are the cells of the plate (default 2, 1, 0.5, 0.25). Each plate is extracted in a process
 //! of its own, so that its peak memory is its own. Threads as RAYON_NUM_THREADS says.
@@ -13,6 +17,10 @@ use midsurf::coping::read_tags;
 use midsurf::extract::{Extraction, Settings, extract};
 use midsurf::io::read_mesh;
 use midsurf::mesh::{Part, PartOptions, TriMesh};
+use midsurf::settings::progress::Stop;
+use midsurf::shard::{ShardOf, merge, shard};
+use parry3d_f64::math::Vector;
+use parry3d_f64::query::PointQuery;
 
 /// Active cells in the paper's example of 2,600 triangles.
 const PAPER_CELLS: f64 = 8500.0;
@@ -68,11 +76,13 @@ fn enclosure() {
     }
     let mut seconds = Vec::new();
     let mut work = None;
+    let before = processor_seconds();
     for _ in 0..5 {
         let (result, time) = run(&part, cell);
         seconds.push(time);
         work = Some(result.work);
     }
+    let spent = before.zip(processor_seconds()).map(|(a, b)| (b - a) / 5.0);
     seconds.sort_by(f64::total_cmp);
     let work = work.expect("five runs");
     println!(
@@ -86,6 +96,78 @@ fn enclosure() {
         work.trace_seconds,
         memory("VmHWM:").map_or("?".into(), |bytes| format!("{:.0}", bytes / 1e6)),
     );
+    if let Some(spent) = spent {
+        let query = parry_query(part.mesh());
+        let a_cell = spent / work.counts.cells as f64;
+        println!(
+            "processor: {:.1} microseconds a cell, {:.0} walking queries of parry3d ({:.2} microseconds)",
+            1e6 * a_cell,
+            a_cell / query,
+            1e6 * query
+        );
+    }
+    shards(&part, cell);
+}
+
+/// Seconds of a nearest-point query of parry3d along walks between neighbouring
+/// points of the mesh.
+fn parry_query(mesh: &TriMesh) -> f64 {
+    let point = |p: DVec3| Vector::new(p.x, p.y, p.z);
+    let vertices = mesh.positions.iter().copied().map(point).collect();
+    let solid = parry3d_f64::shape::TriMesh::new(vertices, mesh.triangles.clone());
+    let solid = solid.expect("a sound part");
+    let walk: Vec<DVec3> = (mesh.faces())
+        .flat_map(|face| {
+            let [a, b, c] = mesh.corners(face);
+            let inwards = (b - a).cross(c - a).normalize_or_zero();
+            (0..20).map(move |k| a.lerp(b.midpoint(c), f64::from(k) / 20.0) - 0.4 * inwards)
+        })
+        .collect();
+    let start = Instant::now();
+    for &p in &walk {
+        std::hint::black_box(solid.project_local_point(point(p), false));
+    }
+    start.elapsed().as_secs_f64() / walk.len() as f64
+}
+
+/// Processor time of this process so far, user and system; on Linux.
+fn processor_seconds() -> Option<f64> {
+    /// Of the kernel's clock in `/proc`.
+    const TICKS: f64 = 100.0;
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
+    let ticks = |k: usize| fields.get(k)?.parse::<f64>().ok();
+    Some((ticks(11)? + ticks(12)?) / TICKS)
+}
+
+/// The same in shards, one after the other.
+fn shards(part: &Part, cell: f64) {
+    println!("\n| shards | slowest seconds | all seconds | bytes in all | merge seconds |");
+    println!("|{}", " --- |".repeat(5));
+    let settings = Settings {
+        cell: midsurf::CellSize::Length(cell),
+        ..Settings::default()
+    };
+    for count in [1, 4, 16] {
+        let (mut slowest, mut all, mut bytes) = (0.0_f64, 0.0, 0);
+        let mut made = Vec::new();
+        for index in 1..=count {
+            let which = ShardOf::new(index, count).expect("one of them");
+            let start = Instant::now();
+            let one = shard(part, &settings, which, &|_, _, _| (), &Stop::default());
+            let seconds = start.elapsed().as_secs_f64();
+            (slowest, all) = (slowest.max(seconds), all + seconds);
+            let one = one.expect("a shard");
+            let mut file = Vec::new();
+            one.write(&mut file).expect("memory");
+            bytes += file.len();
+            made.push(one);
+        }
+        let start = Instant::now();
+        merge(made, None, &|_, _, _| (), &Stop::default()).expect("a whole set");
+        let merging = start.elapsed().as_secs_f64();
+        println!("| {count} | {slowest:.3} | {all:.3} | {bytes} | {merging:.3} |");
+    }
 }
 
 /// The table of the plate, a child process a row.

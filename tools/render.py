@@ -6,6 +6,9 @@ lines, coping borders blue, fading borders green, other free edges black.
     render.py MID.ply picture.png --part PART.obj --view iso --view=-1,-1,0.4
     render.py MID.ply junction.png --zoom 10,20,0,5 --edges
 
+A PLY whose vertices have colours, such as a map of the thickness or of the
+deviation, is drawn in those, without lines.
+
 Reads the OBJ and PLY files that `midsurf extract` writes. An OBJ tells fading
 borders from coping borders only if it was written with --obj-lines; a PLY always
 does. Of other meshes, sheets are found by flood fill over edges of two triangles.
@@ -33,7 +36,10 @@ PLY_TYPES = {
 
 class Mesh:
     """Points (n, 3), triangles (m, 3), a sheet per triangle or None, the set of
-    fading edges (low, high) or None if the file does not tell."""
+    fading edges (low, high) or None if the file does not tell, a colour per
+    point (n, 3) or None."""
+
+    colours = None
 
     def __init__(self, points, triangles, sheets=None, fading=None):
         self.points = np.asarray(points, float).reshape(-1, 3)
@@ -102,6 +108,8 @@ def read_ply(path):
     mesh = Mesh(np.stack([v["x"], v["y"], v["z"]], 1), f["corners"])
     if "sheet" in f.dtype.names:
         mesh.sheets = f["sheet"].astype(int)
+    if "red" in v.dtype.names:
+        mesh.colours = np.stack([v["red"], v["green"], v["blue"]], 1)
     if "kind" in v.dtype.names:
         kinds = v["kind"]
         edges, _ = edge_counts(mesh.triangles)
@@ -176,6 +184,12 @@ def draw(plotter, mesh, options, part, lift):
     camera, lest the surfaces that they bound swallow half of their width."""
     import pyvista
 
+    if mesh.colours is not None:
+        table = np.hstack([np.full((len(mesh.triangles), 1), 3), mesh.triangles]).ravel()
+        surface = pyvista.PolyData(mesh.points, table)
+        surface.point_data["rgb"] = mesh.colours
+        plotter.add_mesh(surface, scalars="rgb", rgb=True, ambient=0.5, diffuse=0.55, specular=0.0)
+        return
     edges, counts = edge_counts(mesh.triangles)
     if mesh.sheets is None:
         mesh.sheets = flood(mesh.triangles)

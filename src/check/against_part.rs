@@ -106,6 +106,8 @@ struct Checker<'c> {
     walls: &'c Walls<'c>,
     field: &'c Field,
     edges: Edges,
+    /// The first triangle at each vertex.
+    triangle_at: Vec<Option<u32>>,
     limits: &'c Limits,
 }
 
@@ -117,7 +119,14 @@ impl<'c> Checker<'c> {
         limits: &'c Limits,
     ) -> Checker<'c> {
         let mesh = surface.mesh();
+        let mut triangle_at = vec![None; mesh.positions.len()];
+        for (t, corners) in (0..).zip(&mesh.triangles) {
+            for &v in corners {
+                triangle_at[v as usize].get_or_insert(t);
+            }
+        }
         Checker {
+            triangle_at,
             part,
             surface,
             edges: Edges::new(&mesh.triangles),
@@ -140,7 +149,7 @@ impl<'c> Checker<'c> {
         let bends = Bends::of(self, thickness);
         let (uncovered, covered) = self.uncovered(thickness);
         let of = |measure, all| Outcome::of(measure, all, self.limit(measure));
-        let one_of = |v: usize| self.triangle_at(v as u32);
+        let one_of = |v: usize| self.triangle_at[v];
         let outcomes = vec![
             of(
                 Measure::NodesOffMiddle,
@@ -215,17 +224,6 @@ impl<'c> Checker<'c> {
         self.at(a).midpoint(self.at(b))
     }
 
-    /// A triangle with this corner.
-    fn triangle_at(&self, v: u32) -> Option<u32> {
-        let edges = self.edges.ends.partition_point(|e| e[0] < v);
-        let own = self.edges.ends.get(edges).filter(|e| e[0] == v);
-        let any = || self.mesh.triangles.iter().position(|t| t.contains(&v));
-        match own {
-            Some(_) => Some(self.edges.uses(edges)[0] / 3),
-            None => any().map(|t| t as u32),
-        }
-    }
-
     fn probe(&self, at: DVec3, hits: &mut Vec<Hit>) -> Probe {
         let clearance = self.field.signed_clearance(at);
         let mut at = at;
@@ -279,7 +277,7 @@ impl<'c> Checker<'c> {
             (!bends.near(probe.at)).then_some(Defect {
                 at: probe.at,
                 value: off / self.limits.tolerance,
-                triangle: self.triangle_at(n as u32),
+                triangle: self.triangle_at[n],
             })
         };
         nodes

@@ -22,8 +22,8 @@ use shared::config;
 pub(crate) use allocator::Allocator;
 
 use commands::{
-    check, completions, extract, hollow, info, offset, rethicken, roundtrip, schema, subdivide,
-    tags, thicken,
+    check, completions, extract, hollow, info, merge, mesh, offset, rethicken, roundtrip, schema,
+    subdivide, tags, thicken,
 };
 
 /// Exit code after SIGINT or SIGTERM, or Ctrl-C.
@@ -63,6 +63,8 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Extract(extract::Args),
+    Merge(merge::Args),
+    Mesh(mesh::Args),
     Check(check::Args),
     Info(info::Args),
     Subdivide(subdivide::Args),
@@ -114,6 +116,8 @@ pub fn run() -> ExitCode {
     limit_input(cli.max_input.0);
     let outcome = match cli.command {
         Command::Extract(args) => extract::run(args),
+        Command::Merge(args) => merge::run(args),
+        Command::Mesh(args) => mesh::run(args),
         Command::Check(args) => check::run(args),
         Command::Info(args) => info::run(args),
         Command::Subdivide(args) => subdivide::run(args),

@@ -342,7 +342,11 @@ impl Field {
     /// negative outside.
     pub fn signed_clearance(&self, p: DVec3) -> f64 {
         let best = self.search(&self.wall_tree, p, Best::none());
-        let best = self.search(&self.coping_tree, p, best);
+        self.sign_of(p, self.search(&self.coping_tree, p, best))
+    }
+
+    /// The distance of the best triangle of any kind, negative outside.
+    fn sign_of(&self, p: DVec3, best: Best) -> f64 {
         let Some((slot, closest)) = best.found else {
             return -best.distance;
         };
@@ -352,6 +356,19 @@ impl Field {
         } else {
             -best.distance
         }
+    }
+
+    /// [`footpoint_near`](Field::footpoint_near) and
+    /// [`signed_clearance`](Field::signed_clearance) in one, with one search of
+    /// the walls.
+    pub fn cleared_footpoint_near(&self, p: DVec3, hint: FaceId) -> (Footpoint, f64) {
+        let mut best = Best::none();
+        if let Some(slot) = self.wall_slot(hint) {
+            best.offer(&self.triangles, slot, p);
+        }
+        let wall = self.search(&self.wall_tree, p, best);
+        let clearance = self.sign_of(p, self.search(&self.coping_tree, p, wall));
+        (self.finish_wall(p, wall), clearance)
     }
 
     /// Puts every triangle, wall or coping, that the closed segment touches

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::balls::{check_groups, thickness_of};
 use super::{IntakeError, check_size, read_warning};
-use crate::io::quote::{figure, shown_path};
+use crate::io::quote::shown_path;
 use crate::io::{BoundaryTag, ControlMesh, Place, TagKind, read_control};
 use crate::settings::warning::Warning;
 use crate::subdivide::{Boundary, Cage, CageError, Tags};
@@ -66,21 +66,20 @@ impl ControlInput {
         })
     }
 
-    /// A control mesh; one that is inside out is turned. `file` is its name in
+    /// A control mesh; shells that are inside out are turned. `file` is its name in
     /// messages, `warnings` what was said of it so far.
     pub fn of(cage: Cage, file: &Path, mut warnings: Vec<Warning>) -> ControlInput {
-        let volume = cage.volume();
-        let inside_out = cage.is_closed() && volume < 0.0;
-        if inside_out {
+        let faces = cage.face_count();
+        let (cage, turned) = cage.outward();
+        if turned > 0 {
             let message = format!(
-                "{}: the control mesh was inside out (volume {}); all faces were turned",
-                shown_path(file),
-                figure(volume)
+                "{}: {turned} of {faces} faces belong to shells that were inside out, and were turned",
+                shown_path(file)
             );
             warnings.push(Warning::new("inside_out", message));
         }
         ControlInput {
-            cage: if inside_out { cage.turned_over() } else { cage },
+            cage,
             boundary: Boundary::default(),
             sha256: String::new(),
             warnings,

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::balls::UnknownGroup;
 use crate::coping::TagError;
-use crate::io::quote::shown_path;
+use crate::io::quote::{figure, shown_path};
 use crate::io::{LoadedMesh, NoSolid, Place, ReadError};
 use crate::mesh::PartError;
 use crate::settings::cell::BadCell;
@@ -78,6 +78,22 @@ pub enum IntakeError {
         file: PathBuf,
         /// What is wrong.
         problem: UnknownGroup,
+    },
+    /// A mid-surface that is not the part's.
+    #[error(
+        "{}: does not belong to {}: its box is {} by its diagonal, that of the part {}",
+        shown_path(file), shown_path(part), figure(*diagonal), figure(*whole)
+    )]
+    #[diagnostic(help("check that both are of one part, in one unit and one place"))]
+    Foreign {
+        /// The mid-surface.
+        file: PathBuf,
+        /// The part.
+        part: PathBuf,
+        /// Diagonal of the mid-surface's box.
+        diagonal: f64,
+        /// Diagonal of the part's.
+        whole: f64,
     },
     /// The file would not fit into the memory left.
     #[error(

@@ -27,6 +27,7 @@ use crate::io::{FacetNames, LoadedMesh, ReadWarning, Unit, read_mesh};
 use crate::mesh::{FaceId, Part, PartError, PartOptions};
 use crate::settings::memory::{Bytes, available};
 use crate::settings::warning::Warning;
+use crate::surface::MidSurface;
 use tags::{detection_warnings, sliver_words};
 
 /// A checked part, and what is worth knowing of where it came from.
@@ -161,6 +162,10 @@ fn flags_of(
     Ok(loaded.source.iter().map(flag).collect())
 }
 
+/// Largest part of a mid-surface's box that may lie outside the part's, in
+/// diagonals of the part, for the two to belong together.
+const SAME_PLACE: f64 = 0.5;
+
 impl Input {
     /// Reads and checks a part with its tags.
     ///
@@ -241,6 +246,27 @@ impl Input {
     pub fn name_of(&self, face: FaceId) -> Option<&str> {
         let facet = *self.source.get(face.index())?;
         self.names.of(facet).all().next()
+    }
+
+    /// Refuses a mid-surface that is elsewhere, or of another size: of another
+    /// part or in another unit.
+    ///
+    /// # Errors
+    ///
+    /// [`IntakeError::Foreign`].
+    pub fn owns(&self, file: &Path, surface: &MidSurface) -> Result<(), IntakeError> {
+        let (part, model) = (self.part.bounds(), surface.mesh().bounds());
+        let inside = part.grown(SAME_PLACE * part.diagonal());
+        let apart = !inside.contains(model.min) || !inside.contains(model.max);
+        if apart || model.diagonal() < 0.01 * part.diagonal() {
+            return Err(IntakeError::Foreign {
+                file: file.to_owned(),
+                part: self.file.clone(),
+                diagonal: model.diagonal(),
+                whole: part.diagonal(),
+            });
+        }
+        Ok(())
     }
 }
 

@@ -14,7 +14,11 @@
 //!
 //! Nothing here knows what is stored under a name.
 
+mod boxes;
+
 use glam::{DVec3, IVec3};
+
+pub use boxes::CellBox;
 
 /// Bits of one node coordinate inside a key.
 const COORDINATE_BITS: u32 = 19;
@@ -93,6 +97,17 @@ impl NodeKey {
 pub struct EdgeKey(u64);
 
 impl EdgeKey {
+    /// Its name as a number, for files.
+    pub fn to_bits(self) -> u64 {
+        self.0
+    }
+
+    /// The edge of a number; of one that [`EdgeKey::to_bits`] never gave, one
+    /// that no lattice has.
+    pub fn from_bits(bits: u64) -> EdgeKey {
+        EdgeKey(bits)
+    }
+
     fn new(start: NodeKey, step: Axes) -> EdgeKey {
         EdgeKey(start.0 << 3 | step.0 as u64)
     }
@@ -128,6 +143,17 @@ impl EdgeKey {
 pub struct FaceKey(u64);
 
 impl FaceKey {
+    /// Its name as a number, for files.
+    pub fn to_bits(self) -> u64 {
+        self.0
+    }
+
+    /// The face of a number; of one that [`FaceKey::to_bits`] never gave, one
+    /// that no lattice has.
+    pub fn from_bits(bits: u64) -> FaceKey {
+        FaceKey(bits)
+    }
+
     fn new(start: NodeKey, first: Axes, second: Axes) -> FaceKey {
         FaceKey(start.0 << 6 | (first.0 as u64) << 3 | second.0 as u64)
     }
@@ -228,7 +254,39 @@ impl TetKey {
     pub fn cell(self) -> NodeKey {
         self.parts().0
     }
+
+    /// The six of a cell.
+    fn of_cell(cell: IVec3) -> impl Iterator<Item = TetKey> {
+        let axes = [Axes(1), Axes(2), Axes(4)];
+        let pairs = axes.into_iter().flat_map(move |a| axes.map(|b| (a, b)));
+        (pairs.filter(|(a, b)| a != b)).map(move |(a, b)| TetKey::new(NodeKey::new(cell), a, b))
+    }
+
+    /// Its name as a number, for files.
+    pub fn to_bits(self) -> u64 {
+        self.0
+    }
+
+    /// The tetrahedron of a number; of one that [`TetKey::to_bits`] never gave,
+    /// one that no lattice has.
+    pub fn from_bits(bits: u64) -> TetKey {
+        TetKey(bits)
+    }
+
+    /// The block of cells that holds it, for blocks of `2^bits` cells an edge.
+    pub fn block(self, bits: u32) -> BlockKey {
+        let at = self.cell().coordinates();
+        BlockKey(NodeKey::new(IVec3::new(
+            at.x >> bits,
+            at.y >> bits,
+            at.z >> bits,
+        )))
+    }
 }
+
+/// A cube of cells, so many along each edge as whoever names it says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BlockKey(NodeKey);
 
 /// Where the lattice lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -262,6 +320,11 @@ impl Lattice {
     /// Edge length of a cell, in part units.
     pub fn cell(&self) -> f64 {
         self.cell
+    }
+
+    /// Low corner of a cell.
+    fn corner(&self, cell: IVec3) -> DVec3 {
+        self.origin + cell.as_dvec3() * self.cell
     }
 
     /// Position of a node.

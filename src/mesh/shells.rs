@@ -39,7 +39,7 @@ pub struct Shell {
 /// # Errors
 ///
 /// The number of shells, if they are too many to find out which lies in which.
-pub(super) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Result<Vec<Repair>, usize> {
+pub(crate) fn turn_by_nesting(mesh: &mut TriMesh, uses: &EdgeUses) -> Result<Vec<Repair>, usize> {
     let shells = closed_shells(mesh, uses);
     if shells.len() < 2 {
         return Ok(Vec::new());

@@ -20,14 +20,21 @@ use super::{FaceId, TriMesh, is_thin, self_intersections};
 /// Least cosine between the normals of a triangle before and after.
 const LEAST_TURN: f64 = 0.7;
 
-/// Triangles lower than this, over their longest side, are not made.
+/// Triangles lower than this, over their longest side, are not made, unless lower
+/// ones go.
 const NEEDLE: f64 = 1e-3;
 
 /// Triangles lower than this have no normal to keep.
 const FLAT: f64 = 1e-6;
 
+/// Squares of distances below this, over that of the tolerance, are none.
+const ON_IT: f64 = 1e-6;
+
+/// Turns below this, as one less the cosine, are none.
+const STRAIGHT: f64 = 1e-6;
+
 /// A pass that takes less than this share of the triangles is the last.
-const LEAST_GAIN: f64 = 0.002;
+const LEAST_GAIN: f64 = 1e-4;
 
 /// Times that all begins again without the places that cut each other, before
 /// the mesh is left as it is.
@@ -86,6 +93,16 @@ pub fn simplify(mesh: &TriMesh, how: &Simplify) -> Simplified {
 /// Triangles with their corners after a collapse.
 type Moved = SmallVec<[(u32, [u32; 3]); 8]>;
 
+/// A collapse that may be.
+struct Way {
+    into: u32,
+    /// Greatest turn of a triangle, as one less its cosine.
+    bend: f64,
+    /// Height over the longest side of the worst triangle.
+    shape: f64,
+    moved: Moved,
+}
+
 /// Corners of a triangle that is gone.
 const GONE: [u32; 3] = [u32::MAX; 3];
 
@@ -99,6 +116,9 @@ struct Work<'m> {
     /// What each triangle stands for: vertices, and after them triangles by their
     /// middle.
     stands_for: Vec<Vec<u32>>,
+    /// Vertices around which nothing has changed since they could not be
+    /// collapsed.
+    settled: Vec<bool>,
 }
 
 impl Work<'_> {
@@ -118,6 +138,7 @@ impl Work<'_> {
             count: mesh.triangles.len(),
             around,
             stands_for: middles.map(|middle| vec![middle]).collect(),
+            settled: vec![false; vertices],
         }
     }
 
@@ -138,6 +159,7 @@ impl Work<'_> {
                 break;
             }
             tolerance *= 2.0;
+            self.settled.fill(false);
         }
         tolerance
     }
@@ -150,19 +172,26 @@ impl Work<'_> {
             if self.count <= wanted {
                 return;
             }
-            if touched[u as usize] || self.locked[u as usize] || self.around[u as usize].is_empty()
-            {
+            let at = u as usize;
+            let idle = touched[at] || self.locked[at] || self.settled[at];
+            if idle || self.around[at].is_empty() {
                 continue;
             }
-            if let Some(v) = self.collapse(u, tolerance) {
-                touched[v as usize] = true;
-                for &t in &self.around[v as usize] {
-                    for w in self.triangles[t as usize] {
+            match self.collapse(u, tolerance) {
+                Some(v) => {
+                    for w in self.star(v) {
                         touched[w as usize] = true;
                     }
                 }
+                None => self.settled[at] = true,
             }
         }
+    }
+
+    /// A vertex and its neighbours, some of them twice.
+    fn star(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
+        let around = &self.around[v as usize];
+        around.iter().flat_map(|&t| self.triangles[t as usize])
     }
 
     fn at(&self, v: u32) -> DVec3 {
@@ -184,19 +213,24 @@ impl Work<'_> {
         ring
     }
 
-    /// The triangles around `u` with `v` in its place; none where the mesh would
-    /// be no manifold, or triangles would turn over or become needles. With the
-    /// height over the longest side of the worst.
-    fn moved(&self, u: u32, v: u32, ring: &[u32]) -> Option<(f64, Moved)> {
-        let theirs = self.neighbours(v);
-        let shared = ring.iter().filter(|w| theirs.binary_search(w).is_ok());
-        let shared: SmallVec<[u32; 4]> = shared.copied().collect();
-        let room = |&w: &u32| self.around[w as usize].len() > 3;
-        if shared.len() != 2 || !shared.iter().all(room) {
-            return None;
-        }
-        let mut worst = f64::INFINITY;
-        let mut moved = Moved::new();
+    /// Whether a collapse of `u` into its neighbour `v` leaves a manifold.
+    fn keeps_manifold(&self, u: u32, v: u32) -> bool {
+        let (ring, theirs) = (self.neighbours(u), self.neighbours(v));
+        let mut shared = ring.iter().filter(|w| theirs.binary_search(w).is_ok());
+        let room = |w: &u32| self.around[*w as usize].len() > 3;
+        let two = [shared.next(), shared.next()];
+        shared.next().is_none() && two.into_iter().all(|w| w.is_some_and(room))
+    }
+
+    /// A collapse of `u` into `v`; none where triangles would turn over, or be
+    /// lower than `least` over their longest side.
+    fn way(&self, u: u32, v: u32, least: f64) -> Option<Way> {
+        let mut way = Way {
+            into: v,
+            bend: 0.0,
+            shape: f64::INFINITY,
+            moved: Moved::new(),
+        };
         for &t in &self.around[u as usize] {
             let before = self.triangles[t as usize];
             if before.contains(&v) {
@@ -206,39 +240,50 @@ impl Work<'_> {
             let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
             let [m, n] = [before, after].map(|t| normal(self.corners(t)));
             // The normal of a needle says nothing.
-            let turns = m.dot(n) <= LEAST_TURN * m.length() * n.length()
-                && !is_thin(self.corners(before), FLAT);
-            if turns || is_thin(self.corners(after), NEEDLE) {
+            if !is_thin(self.corners(before), FLAT) {
+                let turn = m.dot(n) / (m.length() * n.length());
+                if turn <= LEAST_TURN {
+                    return None;
+                }
+                way.bend = way.bend.max(1.0 - turn);
+            }
+            let shape = shape(self.corners(after));
+            if shape <= least {
                 return None;
             }
-            worst = worst.min(n.length() / longest_squared(self.corners(after)));
-            moved.push((t, after));
+            way.shape = way.shape.min(shape);
+            way.moved.push((t, after));
         }
-        Some((worst, moved))
+        if way.bend < STRAIGHT {
+            way.bend = 0.0;
+        }
+        Some(way)
     }
 
-    /// Collapses `u` into the neighbour that leaves the best triangles within the
-    /// tolerance.
+    /// Collapses `u` into the neighbour that turns the triangles least, and of
+    /// those that leave them as they were into the one that leaves the best
+    /// ones. So ruled regions get triangles along their rulings.
     fn collapse(&mut self, u: u32, tolerance: f64) -> Option<u32> {
         let ring = self.neighbours(u);
-        let mut ways: SmallVec<[_; 8]> = ring
-            .iter()
-            .filter_map(|&v| {
-                self.moved(u, v, &ring)
-                    .map(|(worst, moved)| (worst, v, moved))
-            })
-            .collect();
-        ways.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let around = self.around[u as usize].iter();
+        let shapes = around.map(|&t| shape(self.corners(self.triangles[t as usize])));
+        let least = shapes.fold(NEEDLE, f64::min);
+        let ways = ring.iter().filter_map(|&v| self.way(u, v, least));
+        let mut ways: SmallVec<[Way; 8]> = ways.collect();
+        ways.sort_by(|a, b| {
+            let bend = a.bend.total_cmp(&b.bend);
+            let shape = b.shape.total_cmp(&a.shape);
+            bend.then(shape).then(a.into.cmp(&b.into))
+        });
         let mut points: Vec<u32> = vec![u];
-        points.extend(
-            self.around[u as usize]
-                .iter()
-                .flat_map(|&t| &self.stands_for[t as usize]),
-        );
-        for (_, v, moved) in ways {
-            if let Some(shares) = self.shares(&points, &moved, tolerance) {
-                self.apply(u, v, &moved, shares);
-                return Some(v);
+        let stands_for = |t: &u32| &self.stands_for[*t as usize];
+        points.extend(self.around[u as usize].iter().flat_map(stands_for));
+        for way in ways {
+            if self.keeps_manifold(u, way.into)
+                && let Some(shares) = self.shares(&points, &way.moved, tolerance)
+            {
+                self.apply(u, &way, shares);
+                return Some(way.into);
             }
         }
         None
@@ -252,16 +297,29 @@ impl Work<'_> {
         moved: &[(u32, [u32; 3])],
         tolerance: f64,
     ) -> Option<Vec<Vec<u32>>> {
-        let corners: SmallVec<[[DVec3; 3]; 8]> = moved.iter().map(|m| self.corners(m.1)).collect();
+        let facets = moved.iter().map(|m| Facet::new(self.corners(m.1)));
+        let facets: SmallVec<[Facet; 8]> = facets.collect();
+        let most = tolerance * tolerance;
         let mut shares = vec![Vec::new(); moved.len()];
+        // Points that follow each other mostly belong to one triangle.
+        let mut last = 0;
         for &point in points {
             let p = self.point(point);
-            let squares = corners.iter().map(|&c| distance_squared(p, c));
-            let (nearest, square) = squares.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-            if square > tolerance * tolerance {
+            let mut nearest = (f64::INFINITY, last);
+            for k in (last..facets.len()).chain(0..last) {
+                let square = facets[k].distance_squared(p);
+                if square < nearest.0 {
+                    nearest = (square, k);
+                }
+                if square <= ON_IT * most {
+                    break;
+                }
+            }
+            if nearest.0 > most {
                 return None;
             }
-            shares[nearest].push(point);
+            last = nearest.1;
+            shares[last].push(point);
         }
         Some(shares)
     }
@@ -274,7 +332,8 @@ impl Work<'_> {
         }
     }
 
-    fn apply(&mut self, u: u32, v: u32, moved: &[(u32, [u32; 3])], shares: Vec<Vec<u32>>) {
+    fn apply(&mut self, u: u32, way: &Way, shares: Vec<Vec<u32>>) {
+        let v = way.into;
         let star = std::mem::take(&mut self.around[u as usize]);
         for &t in &star {
             if self.triangles[t as usize].contains(&v) {
@@ -286,10 +345,20 @@ impl Work<'_> {
                 self.count -= 1;
             }
         }
-        for (&(t, after), share) in moved.iter().zip(shares) {
+        for (&(t, after), share) in way.moved.iter().zip(shares) {
             self.triangles[t as usize] = after;
             self.stands_for[t as usize] = share;
             self.around[v as usize].push(t);
+        }
+        // What depends on the triangles around `v`: all that share one with them.
+        let near: SmallVec<[u32; 16]> = self.star(v).collect();
+        for w in near {
+            self.settled[w as usize] = false;
+            for &t in &self.around[w as usize] {
+                for x in self.triangles[t as usize] {
+                    self.settled[x as usize] = false;
+                }
+            }
         }
     }
 
@@ -333,27 +402,50 @@ impl Work<'_> {
     }
 }
 
+/// Height over the longest side.
+fn shape([a, b, c]: [DVec3; 3]) -> f64 {
+    (b - a).cross(c - a).length() / longest_squared([a, b, c])
+}
+
 fn longest_squared([a, b, c]: [DVec3; 3]) -> f64 {
     let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| p.distance_squared(q));
     sides[0].max(sides[1]).max(sides[2])
 }
 
-/// Square of the distance of a point from a triangle with area.
-fn distance_squared(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
-    let normal = (b - a).cross(c - a);
-    let beyond = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(normal) < 0.0;
-    let sides = [(a, b), (b, c), (c, a)];
-    if !sides.into_iter().any(|(from, to)| beyond(from, to)) {
-        let height = (p - a).dot(normal);
-        return height * height / normal.length_squared();
+/// A triangle with area, for distances to many points.
+struct Facet {
+    corners: [DVec3; 3],
+    normal: DVec3,
+    /// Of each side from its corner on: its direction, and the one across, out of
+    /// the triangle.
+    sides: [[DVec3; 2]; 3],
+}
+
+impl Facet {
+    fn new(corners: [DVec3; 3]) -> Facet {
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let sides = [b - a, c - b, a - c].map(|way| [way, way.cross(normal)]);
+        Facet {
+            corners,
+            normal,
+            sides,
+        }
     }
-    let to_side = |(from, to): (DVec3, DVec3)| {
-        let way = to - from;
-        let share = ((p - from).dot(way) / way.length_squared()).clamp(0.0, 1.0);
-        (from + share * way).distance_squared(p)
-    };
-    let [x, y, z] = sides.map(to_side);
-    x.min(y).min(z)
+
+    fn distance_squared(&self, p: DVec3) -> f64 {
+        let from = self.corners.map(|corner| p - corner);
+        let beyond = [0, 1, 2].map(|k| from[k].dot(self.sides[k][1]) > 0.0);
+        if beyond == [false; 3] {
+            return from[0].dot(self.normal).powi(2);
+        }
+        let to_side = |k: usize| {
+            let way = self.sides[k][0];
+            let share = (from[k].dot(way) / way.length_squared()).clamp(0.0, 1.0);
+            (from[k] - share * way).length_squared()
+        };
+        to_side(0).min(to_side(1)).min(to_side(2))
+    }
 }
 
 #[cfg(test)]
@@ -401,6 +493,24 @@ mod tests {
         assert_eq!(few.triangles.len(), 12);
         assert!((few.volume() - 1200.0).abs() < 1e-9);
         assert!(few.edges().census().is_closed());
+    }
+
+    /// A bar bent to an arc: triangles along its width, few along the arc.
+    #[test]
+    fn a_ruled_region_keeps_few() {
+        let mut bar = fine_box([60, 30, 2]);
+        for p in &mut bar.positions {
+            let (sin, cos) = (3.0 * p.x / 60.0).sin_cos();
+            *p = DVec3::new((20.0 + p.z) * cos, -p.y, (20.0 + p.z) * sin);
+        }
+        let how = Simplify {
+            tolerance: 0.02,
+            triangles: None,
+        };
+        let few = simplify(&bar, &how).mesh;
+        assert!(few.triangles.len() < 600, "{}", few.triangles.len());
+        assert!(few.edges().census().is_closed());
+        assert!((few.volume() / bar.volume() - 1.0).abs() < 1e-3);
     }
 
     #[test]

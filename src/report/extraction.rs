@@ -4,19 +4,18 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::missed::missed_warnings;
+use super::words::{counted, listed};
 use crate::extract::Extraction;
 use crate::intake::Input;
 use crate::io::quote::figure;
 use crate::settings::warning::Warning;
+use crate::surface::MidSurface;
+use crate::surface::graph::SheetGraph;
 use crate::surface::listing::{Summary, summary};
 use crate::surface::thickness::Thickness;
 
-/// Places that a warning names before the list is cut short.
-const PLACES_NAMED: usize = 5;
-
-/// What came out, in figures: `result` of the report.
-pub fn account(result: &Extraction) -> Value {
-    let Extraction { surface, graph, .. } = result;
+/// A mid-surface in figures: `result` of the report.
+pub fn account(surface: &MidSurface, graph: &SheetGraph) -> Value {
     let seams = surface.seams().iter().zip(graph.seams());
     let seams = seams.map(|(line, data)| {
         json!({
@@ -159,25 +158,4 @@ pub fn warnings(input: &Input, result: &Extraction) -> Vec<Warning> {
     }
     warnings.extend(missed_warnings(input, result));
     warnings
-}
-
-/// The first few of some places.
-fn listed(places: impl ExactSizeIterator<Item = DVec3>) -> String {
-    let more = if places.len() > PLACES_NAMED {
-        " and more"
-    } else {
-        ""
-    };
-    let places: Vec<String> = places.take(PLACES_NAMED).map(place).collect();
-    format!("{}{more}", places.join(" "))
-}
-
-fn place(p: DVec3) -> String {
-    let [x, y, z] = p.to_array().map(figure);
-    format!("({x}, {y}, {z})")
-}
-
-/// A number with its noun.
-fn counted(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

@@ -6,3 +6,4 @@ pub mod detection;
 pub mod extraction;
 pub mod info;
 mod missed;
+pub mod words;

@@ -380,20 +380,7 @@ impl Complex {
     /// Splits an edge, and with it all its triangles, by a new vertex at `at`,
     /// whose number is returned. Lines go on through it.
     pub(super) fn split(&mut self, a: u32, b: u32, at: DVec3) -> u32 {
-        let middle = self.at.len() as u32;
-        self.at.push(at);
-        self.coping.push(None);
-        self.around.push(SmallVec::new());
-        let class = self.class(a, b);
-        self.rank.push(match class {
-            Some(_) => Rank::Line,
-            None => Rank::Inner,
-        });
-        if let Some(class) = class {
-            self.lines.remove(&edge(a, b));
-            self.lines.insert(edge(a, middle), class);
-            self.lines.insert(edge(middle, b), class);
-        }
+        let middle = self.add_middle(a, b, at);
         let beside: SmallVec<[u32; 4]> = (self.around(a).iter().copied())
             .filter(|&t| self.triangles[t as usize].contains(&b))
             .collect();
@@ -415,10 +402,7 @@ impl Complex {
 
     /// Splits a triangle by a new vertex inside it, whose number is returned.
     pub(super) fn insert(&mut self, t: u32, at: DVec3) -> u32 {
-        let middle = self.at.len() as u32;
-        self.at.push(at);
-        self.coping.push(None);
-        self.rank.push(Rank::Inner);
+        let middle = self.add_inner(at);
         let [a, b, c] = self.triangles[t as usize];
         let new = self.triangles.len() as u32;
         self.triangles[t as usize] = [a, b, middle];
@@ -427,7 +411,42 @@ impl Complex {
         self.around[b as usize].push(new);
         self.around[c as usize].extend([new, new + 1]);
         self.around[a as usize].push(new + 1);
-        self.around.push(SmallVec::from_slice(&[t, new, new + 1]));
+        self.around[middle as usize].extend([t, new, new + 1]);
         middle
+    }
+
+    /// Adds a vertex on an edge whose triangles the caller will change: lines go
+    /// on through it.
+    pub(super) fn add_middle(&mut self, a: u32, b: u32, at: DVec3) -> u32 {
+        let class = self.class(a, b);
+        let middle = self.add_inner(at);
+        if let Some(class) = class {
+            self.rank[middle as usize] = Rank::Line;
+            self.lines.remove(&edge(a, b));
+            self.lines.insert(edge(a, middle), class);
+            self.lines.insert(edge(middle, b), class);
+        }
+        middle
+    }
+
+    /// Adds a vertex inside a sheet, without triangles.
+    pub(super) fn add_inner(&mut self, at: DVec3) -> u32 {
+        self.at.push(at);
+        self.coping.push(None);
+        self.around.push(SmallVec::new());
+        self.rank.push(Rank::Inner);
+        self.at.len() as u32 - 1
+    }
+
+    /// Puts other triangles in the place of all: of the same sheets, between the
+    /// same lines.
+    pub(super) fn replace(&mut self, triangles: Vec<[u32; 3]>) {
+        self.around.iter_mut().for_each(SmallVec::clear);
+        for (t, c) in triangles.iter().enumerate() {
+            for v in c {
+                self.around[*v as usize].push(t as u32);
+            }
+        }
+        self.triangles = triangles;
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::complex::{Complex, Rank};
-use super::project::Projector;
+use super::ground::Ground;
 use crate::surface::marked::{Line, MarkedVertex, edge};
 
 /// One line between corners, or a loop.
@@ -107,7 +107,6 @@ impl Lines {
     pub(super) fn span(&self, complex: &Complex, number: u32, a: u32, b: u32) -> [f64; 2] {
         let course = self.course(number);
         let length = course.length();
-        let is_loop = course.ends[0] == course.ends[1];
         let known = |v: u32| {
             if complex.rank(v) == Rank::Line {
                 self.place[v as usize]
@@ -118,7 +117,7 @@ impl Lines {
             }
         };
         let [mut s, mut t] = [known(a), known(b)];
-        if is_loop {
+        if course.is_loop() {
             // The shorter way round.
             if t - s > 0.5 * length {
                 s += length;
@@ -135,11 +134,19 @@ impl Lines {
         let mut corners = Vec::new();
         for course in &self.courses {
             let turns = course.turns(width.min(0.25 * course.length()));
+            // A loop goes on beyond its start.
+            let laps: &[f64] = match course.is_loop() {
+                true => &[0.0, -1.0, 1.0],
+                false => &[0.0],
+            };
             for n in 0..turns.len() {
-                let from = course.at.partition_point(|&s| s <= course.at[n] - width);
-                let to = course.at.partition_point(|&s| s < course.at[n] + width);
+                let mut beside = laps.iter().flat_map(|lap| {
+                    let here = course.at[n] + lap * course.length();
+                    let from = course.at.partition_point(|&s| s <= here - width);
+                    from..course.at.partition_point(|&s| s < here + width)
+                });
                 let sharper =
-                    (from..to).any(|m| turns[m] > turns[n] || (turns[m] == turns[n] && m < n));
+                    beside.any(|m| turns[m] > turns[n] || (turns[m] == turns[n] && m < n));
                 if turns[n] > angle && !sharper {
                     corners.push(course.numbers[n]);
                 }
@@ -199,6 +206,10 @@ impl Course {
         self.at[self.at.len() - 1]
     }
 
+    fn is_loop(&self) -> bool {
+        self.ends[0] == self.ends[1]
+    }
+
     /// Numbers of the vertices at its ends.
     pub(super) fn ends(&self) -> [u32; 2] {
         self.ends
@@ -206,7 +217,7 @@ impl Course {
 
     /// The exact point of the line nearest to a place along it; the point of
     /// the traced polyline, and true, where no exact one is found.
-    pub(super) fn point(&self, place: f64, projector: &Projector) -> (MarkedVertex, bool) {
+    pub(super) fn point(&self, place: f64, ground: &dyn Ground) -> (MarkedVertex, bool) {
         let length = self.length();
         let place = if place > length {
             place - length
@@ -229,7 +240,7 @@ impl Course {
         hints.coping = hints.coping.or(from.coping).or(to.coping);
         let exact = self.kind.and_then(|kind| {
             let along = way.try_normalize()?;
-            projector.on_line(kind, hints.at, along, &hints, 0.25 * way.length())
+            ground.on_line(kind, hints.at, along, &hints, 0.25 * way.length())
         });
         match exact {
             Some(vertex) => (vertex, false),
@@ -250,7 +261,7 @@ impl Course {
     /// The turn of the polyline at each of its vertices, radians, between the
     /// ways to it from `width` before and on to `width` after it.
     fn turns(&self, width: f64) -> Vec<f64> {
-        let (length, closed) = (self.length(), self.ends[0] == self.ends[1]);
+        let (length, closed) = (self.length(), self.is_loop());
         let at = |place: f64| -> DVec3 {
             let place = if closed {
                 place.rem_euclid(length)

@@ -5,8 +5,8 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::complex::{Complex, Rank};
+use super::ground::Ground;
 use super::lines::Lines;
-use super::project::Projector;
 use crate::surface::marked::MarkedVertex;
 
 /// How fine, and how true to the surface.
@@ -43,55 +43,86 @@ impl Settings {
     /// the eighth of a thickness by which a sheet dips towards a seam, which
     /// is not to be resolved.
     pub const SAG: f64 = 0.15;
+
+    /// Settings for elements that are to be halved.
+    pub(super) fn coarse(&self) -> Settings {
+        Settings {
+            size: 2.0 * self.size,
+            sag: COARSE_SAG * self.sag,
+            ..*self
+        }
+    }
 }
 
 /// Edges of a line span at most this share of its radius of curvature, so that
 /// a small hole stays an octagon.
 const ARC: f64 = 0.8;
 
-/// No target is below this share of the element size.
+/// Elements that are to be halved may stray so much farther than their halves
+/// may: four times would do on a round wall, but edits could no longer tell
+/// sheets apart.
+const COARSE_SAG: f64 = 2.0;
+
+/// Their growth against that of their halves; twice as fast would be the same,
+/// and make worse angles.
+const COARSE_GRADING: f64 = 1.5;
+
+/// No target is below this share of the element size, nor below so many sags:
+/// what is finer than edges may stray is not to be resolved.
 const FLOOR: f64 = 0.02;
+const FLOOR_IN_SAGS: f64 = 1.5;
 
 /// The target edge length at every vertex: the element size, less where a wall
 /// or a line bends, where lines are short or close together, and growing away
 /// from such places by [`Settings::grading`].
+///
+/// Elements that are to be halved may be twice as long there; not beside bent
+/// walls, where a quadrilateral warps that lies askew.
 pub(super) fn sizes(
     complex: &Complex,
     vertices: &[MarkedVertex],
     lines: &Lines,
-    projector: &Projector,
+    ground: &dyn Ground,
     settings: &Settings,
 ) -> Vec<f64> {
     let mut size = vec![settings.size; vertices.len()];
+    let floor = (FLOOR * settings.size).max(FLOOR_IN_SAGS * settings.sag);
     let lower = |v: u32, to: f64, size: &mut Vec<f64>| {
         let slot = &mut size[v as usize];
-        *slot = slot.min(to.max(FLOOR * settings.size));
+        *slot = slot.min(to.max(floor));
     };
     let around = Neighbours::new(complex);
+    let (parts, sag, grading) = match settings.quads {
+        true => (
+            2.0,
+            settings.sag / COARSE_SAG,
+            COARSE_GRADING * settings.grading,
+        ),
+        false => (1.0, settings.sag, settings.grading),
+    };
     for v in 0..vertices.len() as u32 {
-        let bend = wall_bend(v, &around, complex, vertices, projector);
+        let bend = wall_bend(v, &around, complex, vertices, ground);
         if bend > 0.0 {
-            lower(v, (8.0 * settings.sag / bend).sqrt(), &mut size);
+            lower(v, (8.0 * sag / bend).sqrt(), &mut size);
         }
     }
+    // Edges to be halved may span an arc and a half.
+    let arc = if settings.quads { 1.5 * ARC } else { ARC };
     for (v, bend) in lines.bends(complex, 0.5 * settings.size) {
-        lower(
-            v,
-            (8.0 * settings.sag / bend).sqrt().min(ARC / bend),
-            &mut size,
-        );
+        let most = (8.0 * settings.sag / bend).sqrt().min(arc / bend);
+        lower(v, most, &mut size);
     }
     for course in lines.courses() {
         if course.ends()[0] != course.ends()[1] {
             for v in course.ends() {
-                lower(v, course.length(), &mut size);
+                lower(v, parts * course.length(), &mut size);
             }
         }
     }
-    for (v, gap) in gaps(complex, lines, &around, settings.size) {
-        lower(v, gap, &mut size);
+    for (v, gap) in gaps(complex, lines, &around, settings.size / parts) {
+        lower(v, parts * gap, &mut size);
     }
-    grade(&mut size, &around, settings.grading);
+    grade(&mut size, &around, grading);
     size
 }
 
@@ -138,24 +169,16 @@ fn wall_bend(
     around: &Neighbours,
     complex: &Complex,
     vertices: &[MarkedVertex],
-    projector: &Projector,
+    ground: &dyn Ground,
 ) -> f64 {
     if complex.rank(v) != Rank::Inner {
         return 0.0;
     }
-    let field = projector.walls().field();
     let here = &vertices[v as usize];
     let (mut turns, mut length) = ([0.0; 2], 0.0);
     for &(w, way) in around.of(v) {
-        let there = &vertices[w as usize];
-        for (turn, &face) in turns.iter_mut().zip(&here.walls) {
-            let normal = field.normal(face);
-            let least = (there.walls.iter())
-                .map(|&f| normal.angle_between(field.normal(f)))
-                .filter(|a| a.is_finite())
-                .fold(std::f64::consts::PI, f64::min);
-            *turn += least;
-        }
+        let step = ground.turns(here, &vertices[w as usize]);
+        turns = [turns[0] + step[0], turns[1] + step[1]];
         length += way;
     }
     if length > 0.0 {

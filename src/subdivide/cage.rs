@@ -284,33 +284,19 @@ impl Cage {
         self.bounds().diagonal()
     }
 
-    /// Volume enclosed by the control mesh, each face as a fan around its
-    /// middle; meaningless where it is open.
-    pub fn volume(&self) -> f64 {
-        let origin = self.positions[0];
-        let mut volume = 0.0;
-        for face in 0..self.face_count() {
-            let ring = self.face(face);
-            let at = |k: usize| self.positions[ring[k % ring.len()] as usize] - origin;
-            let middle = (0..ring.len()).map(at).sum::<DVec3>() / ring.len() as f64;
-            for k in 0..ring.len() {
-                volume += middle.dot(at(k).cross(at(k + 1))) / 6.0;
-            }
-        }
-        volume
-    }
-
-    /// The same mesh with all faces turned over.
-    pub fn turned_over(&self) -> Cage {
+    /// The same mesh with some faces turned over.
+    pub(super) fn turned_over(&self, wrong: impl Fn(usize) -> bool) -> Cage {
         let faces: Vec<Polygon> = (0..self.face_count())
             .map(|face| {
                 let mut ring = Polygon::from_slice(self.face(face));
-                // The first corner stays first.
-                ring[1..].reverse();
+                if wrong(face) {
+                    // The first corner stays first.
+                    ring[1..].reverse();
+                }
                 ring
             })
             .collect();
-        // Turning over breaks none of the invariants.
+        // Turning whole shells over breaks none of the invariants.
         Cage::new(self.positions.clone(), &faces)
             .and_then(|cage| cage.tagged(&self.tags()))
             .unwrap_or_else(|_| self.clone())
@@ -402,7 +388,7 @@ mod tests {
         assert_eq!(sheet.fan(2).collect::<Vec<_>>(), [2, 7]);
         assert_eq!((sheet.degree(1), sheet.degree(0)), (2, 1));
         assert!((0..6).all(|v| sheet.on_boundary(v)));
-        let over = sheet.turned_over();
+        let over = sheet.turned_over(|_| true);
         assert_eq!(over.face(0), [0, 3, 2, 1]);
     }
 

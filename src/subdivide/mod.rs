@@ -36,6 +36,7 @@ mod error;
 mod fold;
 mod grid;
 mod limit;
+mod outward;
 mod patch;
 mod refine;
 mod ring;

@@ -1,5 +1,6 @@
 //! Outer and inner surface as one closed mesh.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::grid::{Laid, Samples};
@@ -44,6 +45,15 @@ impl Hollow {
             },
             shell: outer.len(),
         }
+    }
+
+    /// Unit normals of both shells at their vertices, out of the solid: those of
+    /// the limit surface, turned over for the inner shell. That is its own where
+    /// it is parallel, as everywhere by the direct scheme.
+    pub fn normals(samples: &Samples) -> Vec<DVec3> {
+        let outer = samples.normals.iter().copied();
+        let inner = samples.normals.iter().map(|&n| -n);
+        outer.chain(inner).collect()
     }
 
     /// Triangles of the inner shell that look the wrong way, ascending: whose

@@ -1,9 +1,11 @@
 //! The raw mesh: triangles over shared vertices, with the lines that followers gave.
 
 use glam::DVec3;
+use rayon::slice::ParallelSliceMut;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
+use super::{BorderKind, MidSurface, segments};
 use crate::mesh::{FaceId, TriMesh};
 
 /// What a side of a polygon is.
@@ -53,6 +55,36 @@ pub fn edge(a: u32, b: u32) -> (u32, u32) {
 }
 
 impl MarkedMesh {
+    /// The mesh of a surface, its walls unknown.
+    pub fn of(surface: &MidSurface) -> MarkedMesh {
+        let seams = (surface.seams().iter()).map(|l| (&l.path, l.closed, Line::Seam));
+        let borders = surface.borders().iter().map(|l| {
+            let line = match l.kind {
+                BorderKind::Coping => Line::CopingBorder,
+                BorderKind::Fading => Line::FadingBorder,
+            };
+            (&l.path, l.closed, line)
+        });
+        let creases = (surface.creases().iter()).map(|l| (&l.path, l.closed, Line::Crease));
+        let lines = seams
+            .chain(borders)
+            .chain(creases)
+            .flat_map(|(path, closed, line)| {
+                segments(path, closed).map(move |[a, b]| (edge(a, b), line))
+            });
+        MarkedMesh {
+            lines: lines.collect(),
+            vertices: (surface.vertices().iter())
+                .map(|v| MarkedVertex {
+                    at: v.position,
+                    walls: SmallVec::new(),
+                    coping: None,
+                })
+                .collect(),
+            triangles: surface.triangles().iter().map(|t| t.corners).collect(),
+        }
+    }
+
     /// Drops pairs of triangles on the same three corners. Where a sheet only
     /// just bulges through a face, the pieces in both tetrahedra have all their
     /// corners in that face, lie on each other and enclose nothing.
@@ -61,30 +93,36 @@ impl MarkedMesh {
             t.sort_unstable();
             t
         };
-        let mut count: FxHashMap<[u32; 3], u32> = FxHashMap::default();
-        for &t in &self.triangles {
-            *count.entry(sorted(t)).or_default() += 1;
-        }
-        if count.len() == self.triangles.len() {
+        let mut all: Vec<[u32; 3]> = self.triangles.iter().copied().map(sorted).collect();
+        all.par_sort_unstable();
+        let mut count: FxHashMap<[u32; 3], usize> = (all.chunk_by(|a, b| a == b))
+            .filter(|same| same.len() > 1)
+            .map(|same| (same[0], same.len()))
+            .collect();
+        drop(all);
+        if count.is_empty() {
             return;
         }
-        self.triangles.retain(|&t| {
-            let n = count.entry(sorted(t)).or_default();
+        self.triangles.retain(|&t| match count.get_mut(&sorted(t)) {
             // Of an odd number one stays, the first.
-            let stays = *n % 2 == 1;
-            *n = 0;
-            stays
+            Some(n) => std::mem::take(n) % 2 == 1,
+            None => true,
         });
     }
 
     /// Drops marks from edges inside a sheet: where a loop was closed by
     /// matching, the neighbour may have gone on beyond its border.
     pub fn drop_stray_lines(&mut self) {
-        for (edge, triangles) in self.edge_triangles() {
-            if triangles.len() == 2 && self.lines.get(&edge) != Some(&Line::Crease) {
-                self.lines.remove(&edge);
+        let mut uses: FxHashMap<(u32, u32), usize> =
+            self.lines.keys().map(|&marked| (marked, 0)).collect();
+        for c in &self.triangles {
+            for k in 0..3 {
+                if let Some(n) = uses.get_mut(&edge(c[k], c[(k + 1) % 3])) {
+                    *n += 1;
+                }
             }
         }
+        (self.lines).retain(|marked, line| uses[marked] != 2 || *line == Line::Crease);
     }
 
     /// Its triangles alone.

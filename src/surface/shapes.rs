@@ -12,7 +12,7 @@ use crate::surface::build::build;
 use crate::surface::graph::SheetGraph;
 use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
 use crate::trace::feet::balls;
-use crate::trace::walk::Tracer;
+use crate::trace::walk::{BLOCK_BITS, Tracer};
 use crate::walls::{Separation, Walls};
 
 /// A field without triangles: no vertex has a footpoint.
@@ -166,7 +166,7 @@ pub(crate) fn raw(part: &Part, field: &Field, cell: f64) -> MarkedMesh {
     let walls = Walls::new(part, field, separation);
     let (low, high) = field.bounds();
     let lattice = Lattice::covering(low, high, cell).unwrap();
-    let mut tracer = Tracer::new(&walls, lattice);
+    let mut tracer = Tracer::new(&walls, lattice, BLOCK_BITS);
     tracer.run(&|_, _, _| (), &Stop::default()).unwrap();
     tracer.assemble()
 }

@@ -17,7 +17,7 @@
 //! * `collar`: the rest of the cross-section, up to the patch's own boundary.
 //! * `make`: grids and cuts tried; what still cuts itself is cleared.
 //! * `measure`: how far the solid is from the true one, both ways.
-//! * `repair`: scans as they come made patches.
+//! * `repair`: scans as they come made patches; `fill`: their small holes closed.
 //! * `sharpen`: vertices moved to the edge between cross-section and shell
 //!   where cells cut it off (section 4.3).
 //!
@@ -41,6 +41,7 @@
 
 mod collar;
 mod cut;
+mod fill;
 mod make;
 mod measure;
 mod patch;
@@ -93,6 +94,9 @@ pub struct Settings {
     pub cell: f64,
     /// Chords that stray by more than this, part units, get another vertex.
     pub tolerance: f64,
+    /// Boundary curves no longer than this, part units, are closed first; zero: none
+    /// are.
+    pub holes: f64,
     /// Numbers that new vertices may have.
     pub precision: Precision,
     /// Most memory that the grid may take, bytes; a finer cell is refused.
@@ -119,6 +123,7 @@ impl Settings {
             side,
             cell: thickness / Settings::CELLS,
             tolerance: Settings::TOLERANCE * thickness,
+            holes: 0.0,
             precision: Precision::Double,
             memory_limit: MEMORY_LIMIT,
             filters: Filters::default(),
@@ -367,7 +372,7 @@ pub fn thicken_until(
     progress("field", 0, 0);
     let mut mesh = tidy(surface)?;
     let frame = Frame::around(&mesh.bounds().grown(settings.thickness));
-    let repairs = repair(&mut mesh);
+    let repairs = repair(&mut mesh, settings.holes);
     if mesh.triangles.is_empty() {
         return Err(ThickenError::Empty);
     }

@@ -1,9 +1,10 @@
-//! Surfaces as scans and designers leave them, made patches: nothing moves.
+//! Surfaces as scans and designers leave them, made patches: no vertex moves.
 
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use crate::mesh::{EdgeUses, TriMesh};
+use super::fill::fill;
+use crate::mesh::{EdgeUses, TriMesh, close_t_junctions};
 
 /// What was done to a surface before it was thickened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -19,6 +20,16 @@ pub enum Repair {
         /// How many.
         triangles: usize,
     },
+    /// Triangles with vertices of others on their edges were split there.
+    Stitched {
+        /// Edges that were split.
+        edges: usize,
+    },
+    /// Holes were closed.
+    Filled {
+        /// How many.
+        holes: usize,
+    },
     /// Vertices at which pieces of the surface meet in a point alone were doubled,
     /// so that each piece has its own boundary there.
     Parted {
@@ -27,8 +38,9 @@ pub enum Repair {
     },
 }
 
-/// Makes what can be made a patch of a surface.
-pub(super) fn repair(mesh: &mut TriMesh) -> Vec<Repair> {
+/// Makes what can be made a patch of a surface; holes whose edge is no longer than
+/// `holes` are closed.
+pub(super) fn repair(mesh: &mut TriMesh, holes: f64) -> Vec<Repair> {
     let mut repairs = Vec::new();
     let before = mesh.triangles.len();
     mesh.triangles
@@ -37,6 +49,10 @@ pub(super) fn repair(mesh: &mut TriMesh) -> Vec<Repair> {
     if triangles > 0 {
         repairs.push(Repair::Dropped { triangles });
     }
+    let edges = close_t_junctions(mesh);
+    if edges > 0 {
+        repairs.push(Repair::Stitched { edges });
+    }
     let triangles = turn(mesh);
     if triangles > 0 {
         repairs.push(Repair::Turned { triangles });
@@ -44,6 +60,12 @@ pub(super) fn repair(mesh: &mut TriMesh) -> Vec<Repair> {
     let vertices = part(mesh);
     if vertices > 0 {
         repairs.push(Repair::Parted { vertices });
+    }
+    if holes > 0.0 {
+        let holes = fill(mesh, holes);
+        if holes > 0 {
+            repairs.push(Repair::Filled { holes });
+        }
     }
     repairs
 }
@@ -171,7 +193,7 @@ mod tests {
             // them in a point; the fourth is none.
             triangles: vec![[0, 2, 1], [2, 1, 3], [0, 5, 4], [5, 5, 4]],
         };
-        let repairs = repair(&mut mesh);
+        let repairs = repair(&mut mesh, 0.0);
         let expected = [
             Repair::Dropped { triangles: 1 },
             Repair::Turned { triangles: 1 },

@@ -60,6 +60,13 @@ fn repaired(repair: Repair) -> Warning {
                 "{triangles} triangles looked the other way than their neighbours and were turned"
             ),
         ),
+        Repair::Stitched { edges } => (
+            "stitched",
+            format!(
+                "{edges} edges have vertices of other triangles on them: their triangles were split there"
+            ),
+        ),
+        Repair::Filled { holes } => ("filled", format!("{holes} holes were closed")),
         Repair::Parted { vertices } => (
             "parted",
             format!(

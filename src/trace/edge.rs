@@ -32,8 +32,13 @@ pub struct NodeSample {
 
 /// Samples a lattice point.
 pub fn sample_node(probe: &mut Probe, at: DVec3) -> NodeSample {
-    let foot = probe.nearest_anywhere(at);
-    let signed = probe.field().signed_clearance(at);
+    let near = probe.nearest_anywhere(at).face;
+    sample_node_near(probe, at, near)
+}
+
+/// The same; `hint` is a wall near by, which saves time.
+pub fn sample_node_near(probe: &mut Probe, at: DVec3, hint: FaceId) -> NodeSample {
+    let (foot, signed) = probe.nearest_and_clearance(at, hint);
     NodeSample {
         inside: signed > 0.0,
         clearance: signed.abs(),
@@ -120,7 +125,8 @@ pub fn crossing_near(
     reach: f64,
 ) -> Option<Crossing> {
     let ends = [centre - reach * direction, centre + reach * direction];
-    let samples = ends.map(|p| sample_node(probe, p));
+    let near = probe.nearest_anywhere(centre).face;
+    let samples = ends.map(|p| sample_node_near(probe, p, near));
     crossings(probe, ends, [&samples[0], &samples[1]])
         .into_iter()
         .min_by(|a, b| a.at.distance(centre).total_cmp(&b.at.distance(centre)))

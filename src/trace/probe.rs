@@ -79,6 +79,13 @@ impl<'a> Probe<'a> {
         self.walls.field().footpoint(p)
     }
 
+    /// Nearest wall point, and the distance to the nearest triangle of any
+    /// kind, negative outside; counted once.
+    pub fn nearest_and_clearance(&mut self, p: DVec3, hint: FaceId) -> (Footpoint, f64) {
+        self.queries += 1;
+        self.walls.field().cleared_footpoint_near(p, hint)
+    }
+
     /// Whether a point lies outside the part by more than a tie: nothing there
     /// is ever followed.
     pub fn is_outside(&self, x: DVec3) -> bool {

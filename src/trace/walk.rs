@@ -1,59 +1,57 @@
 //! The walk over the lattice: solves edges, faces and tetrahedra wherever the
-//! mid-surface leads, wave by wave, each once under its key.
+//! mid-surface leads.
+//!
+//! The paper walks cell by cell and keeps all. Here the lattice is cut into
+//! cubic *blocks*, and a block is walked by one thread, which keeps the edges
+//! and faces of that block alone; what is left of it is a compact [`Piece`].
+//! Where the mid-surface leaves a block, the neighbour is entered next. Faces
+//! between two blocks are solved in both: what a simplex holds follows from its
+//! key alone (see [`store`]), so both find the same, to the last bit, and the
+//! pieces join by key. So the mesh depends neither on the size of the blocks,
+//! nor on their order, nor on the number of threads, and the memory taken
+//! beside the result is that of the blocks at work.
+//!
+//! [`store`]: self::store
 
+mod answer;
+mod asked;
+mod packed;
+mod piece;
+mod store;
 #[cfg(test)]
 mod tests;
 
-use glam::DVec3;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Serialize;
-use smallvec::SmallVec;
 
-use crate::lattice::{EdgeKey, FaceKey, Lattice, NodeKey, TetKey};
+use self::asked::{Asked, Asks};
+pub use self::piece::Piece;
+use self::piece::join;
+use self::store::{Effort, Store, is_crossed};
+use crate::lattice::{BlockKey, CellBox, FaceKey, Lattice, TetKey};
 use crate::mesh::FaceId;
 use crate::settings::progress::{Progress, Stop, Stopped};
-use crate::surface::marked::Line;
-use crate::surface::marked::{MarkedMesh, MarkedVertex, edge};
-use crate::trace::edge::{Crossing, NodeSample, crossings, sample_node};
-use crate::trace::follow::cage::Cage;
-use crate::trace::follow::face::{FaceContours, FaceNodeKind, FaceSeed, solve_face};
-use crate::trace::follow::fan::alike;
-use crate::trace::follow::region::{Barrier, Region};
-use crate::trace::probe::Probe;
-use crate::trace::tet::{InnerKind, TetSurface, VertexKey, solve_tet};
+use crate::surface::marked::MarkedMesh;
+use crate::trace::follow::face::{FaceContours, FaceNodeKind};
+use crate::trace::tet::TetSurface;
 use crate::trace::tolerances::Tolerances;
 use crate::walls::Walls;
 use crate::walls::thickness::{maximal_ball, spread};
 
-/// Everything found on the lattice, each under its key.
-#[derive(Default)]
-pub struct Found {
-    nodes: FxHashMap<NodeKey, NodeSample>,
-    edges: FxHashMap<EdgeKey, SmallVec<[Crossing; 1]>>,
-    faces: FxHashMap<FaceKey, FaceContours>,
-    seeds: FxHashMap<FaceKey, Vec<FaceSeed>>,
-    tets: FxHashMap<TetKey, TetSurface>,
-    /// Closest-point queries asked.
-    pub queries: u64,
-    /// Lattice edges solved.
-    pub edges_solved: usize,
-    /// Queries for nodes and edges.
-    pub edge_queries: u64,
-    /// Faces that still changed when the rounds were over.
-    pub unsettled: usize,
-}
-
 /// Counts of what the walk took.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Counts {
     /// Lattice cells that hold a piece of the mid-surface.
     pub cells: usize,
     /// Tetrahedra solved.
     pub tetrahedra: usize,
-    /// Faces solved.
+    /// Faces solved; one between two blocks counts in both.
     pub faces: usize,
-    /// Lattice edges solved.
+    /// Lattice edges solved, counted alike.
     pub edges: usize,
     /// Closest-point queries in all.
     pub queries: u64,
@@ -74,55 +72,148 @@ pub struct Counts {
     pub unsettled: usize,
 }
 
-/// Rounds of asking neighbours again after which the walk goes on. Each adds
-/// a vertex that was missing on an edge or in a face, and a face seldom lacks
-/// more than two; what is left is told.
-const MOST_ROUNDS: usize = 24;
+impl Counts {
+    /// Adds the work of another walk.
+    pub fn add(&mut self, other: &Counts) {
+        let asked = |c: &Counts| c.queries_per_edge * c.edges as f64;
+        let edges = (self.edges + other.edges).max(1) as f64;
+        self.queries_per_edge = (asked(self) + asked(other)) / edges;
+        self.cells += other.cells;
+        self.tetrahedra += other.tetrahedra;
+        self.faces += other.faces;
+        self.edges += other.edges;
+        self.queries += other.queries;
+        self.lost += other.lost;
+        self.matched += other.matched;
+        self.torn += other.torn;
+        self.unsettled += other.unsettled;
+    }
+}
+
+/// Cells along the edge of a block, as a power of two. Of a block of 16 cells
+/// the store stays in a core's cache, and one face in twelve is solved twice.
+pub const BLOCK_BITS: u32 = 4;
+
+/// Bytes that an active cell takes as long as its block is open.
+const BYTES_PER_OPEN_CELL: f64 = 10_000.0;
+
+/// Blocks such that those that all threads have open take an eighth of some
+/// memory at most, or as small as blocks get.
+pub fn block_bits(memory: u64) -> u32 {
+    let threads = rayon::current_num_threads() as f64;
+    let cells = memory as f64 / (8.0 * threads * BYTES_PER_OPEN_CELL);
+    // Three sheets through a block cross three times the cells of its side.
+    let side = (cells / 3.0).sqrt();
+    side.log2().floor().clamp(1.0, f64::from(BLOCK_BITS)) as u32
+}
 
 /// The lattice walk over one part.
 pub struct Tracer<'a> {
     walls: &'a Walls<'a>,
     lattice: Lattice,
-    found: Found,
+    bits: u32,
+    /// Cells that the walk stays in.
+    within: CellBox,
+    /// Tetrahedra to which no seed within them leads.
+    cut_in: Vec<TetKey>,
+    /// Tetrahedra that were entered, ascending, by block.
+    reached: FxHashMap<BlockKey, Vec<TetKey>>,
+    asked: Asked,
+    pieces: Vec<Piece>,
+    /// Tetrahedra of which the pieces are out of date.
+    stale: FxHashSet<TetKey>,
+    troubles: Troubles,
+    effort: Effort,
+    unsettled: usize,
+}
+
+/// Places lost, loops matched and borders torn, by who met them. The last word counts.
+#[derive(Default)]
+struct Troubles {
+    faces: FxHashMap<FaceKey, [u32; 3]>,
+    tets: FxHashMap<TetKey, [u32; 3]>,
+}
+
+impl Troubles {
+    fn of_face(&mut self, key: FaceKey, face: &FaceContours) {
+        let torn = face.nodes.iter().filter(|n| n.kind == FaceNodeKind::Torn);
+        let trouble = [face.lost.len() as u32, face.matched, torn.count() as u32];
+        note(&mut self.faces, key, trouble);
+    }
+
+    /// A tetrahedron that could not be solved is one place lost.
+    fn of_tet(&mut self, key: TetKey, tet: Option<&TetSurface>) {
+        let trouble = tet.map_or([1, 0, 0], |t| [t.open.len() as u32, t.matched, t.torn]);
+        note(&mut self.tets, key, trouble);
+    }
+
+    fn append(&mut self, other: Troubles) {
+        self.faces.extend(other.faces);
+        self.tets.extend(other.tets);
+    }
+
+    /// Forgets what was met in some tetrahedra.
+    fn forget(&mut self, tets: &[TetKey]) {
+        for tet in tets {
+            self.tets.remove(tet);
+            for face in tet.faces() {
+                self.faces.remove(&face);
+            }
+        }
+    }
+
+    fn sum(&self, kind: usize) -> usize {
+        let counts = self.faces.values().chain(self.tets.values());
+        counts.map(|c| c[kind] as usize).sum()
+    }
+}
+
+fn note<K: std::hash::Hash + Eq>(all: &mut FxHashMap<K, [u32; 3]>, key: K, trouble: [u32; 3]) {
+    if trouble != [0; 3] {
+        all.insert(key, trouble);
+    }
+}
+
+/// A block that was walked.
+#[derive(Default)]
+struct Walked {
+    /// Tetrahedra entered, ascending.
+    tets: Vec<TetKey>,
+    piece: Piece,
+    /// Tetrahedra of other blocks into which the mid-surface leads.
+    exits: Vec<TetKey>,
+    asks: Asks,
+    troubles: Troubles,
+    effort: Effort,
 }
 
 impl<'a> Tracer<'a> {
-    /// A walk with nothing found yet.
-    pub fn new(walls: &'a Walls<'a>, lattice: Lattice) -> Tracer<'a> {
+    /// A walk with nothing found yet, by blocks of `2^bits` cells along each edge.
+    pub fn new(walls: &'a Walls<'a>, lattice: Lattice, bits: u32) -> Tracer<'a> {
         Tracer {
             walls,
             lattice,
-            found: Found::default(),
+            bits,
+            within: CellBox::ALL,
+            cut_in: Vec::new(),
+            reached: FxHashMap::default(),
+            asked: Asked::default(),
+            pieces: Vec::new(),
+            stale: FxHashSet::default(),
+            troubles: Troubles::default(),
+            effort: Effort::default(),
+            unsettled: 0,
         }
     }
 
-    /// Solves one batch of keys in parallel, results in the order of the keys.
-    fn batch<K: Sync + Send + Copy, R: Send>(
-        &mut self,
-        keys: &[K],
-        stop: &Stop,
-        solve: impl Fn(&Tracer, &mut Probe, K) -> R + Sync,
-    ) -> Result<Vec<R>, Stopped> {
-        let this = &*self;
-        let chunks: Vec<(Vec<R>, u64)> = keys
-            .par_chunks(16)
-            .map(|chunk| {
-                stop.heed()?;
-                let mut probe = Probe::new(this.walls);
-                let out = chunk.iter().map(|&k| solve(this, &mut probe, k)).collect();
-                Ok((out, probe.queries()))
-            })
-            .collect::<Result<_, Stopped>>()?;
-        let mut out = Vec::with_capacity(keys.len());
-        for (part, queries) in chunks {
-            out.extend(part);
-            self.found.queries += queries;
-        }
-        Ok(out)
+    /// Stays within a box of cells.
+    pub fn within(mut self, cells: CellBox) -> Tracer<'a> {
+        self.within = cells;
+        self
     }
 
     /// Tetrahedra in which the walls' maximal balls have their centres.
-    fn seeds(&self) -> Vec<TetKey> {
+    pub fn seeds(&self) -> Vec<TetKey> {
         let field = self.walls.field();
         let spacing = 3.0 * self.lattice.cell();
         let walls: Vec<FaceId> = (0..field.face_count() as u32)
@@ -142,369 +233,242 @@ impl<'a> Tracer<'a> {
         tets
     }
 
-    /// Follows the mid-surface from tetrahedron to tetrahedron until nothing is left to follow,
-    /// or until asked to stop; what was found by then is of no use.
+    /// Follows the mid-surface from tetrahedron to tetrahedron until nothing is
+    /// left to follow, or until asked to stop; what was found by then is of no
+    /// use.
     ///
-    /// Each wave solves edges, then faces, then tetrahedra. A curve that a 3D
-    /// follower meets is seen first inside a tetrahedron, when it comes out
-    /// through a face; but the vertex there belongs to the face, which both its
-    /// tetrahedra read. So the tetrahedron only leaves a *seed*, and the face is
-    /// solved again with it, its contours starting from the new vertex. In the
-    /// same way a contour that arrives at an edge where no vertex is known adds
-    /// one, and all faces round the edge are solved again.
-    ///
-    /// The rounds end because they only ever add: a seed or a crossing that is
-    /// there already, to a tolerance, asks for nothing.
+    /// First all is entered to which contours lead. Then what solved simplices
+    /// ask of others is answered in rounds, all at once in each: so it does not
+    /// matter who was solved first. The rounds end because they only ever add: a
+    /// seed or a crossing that is there already, to a tolerance, asks for
+    /// nothing. Where they lead on, the walk is taken up again.
     pub fn run(&mut self, progress: &Progress, stop: &Stop) -> Result<(), Stopped> {
-        let mut frontier = self.seeds();
-        while !frontier.is_empty() {
-            let done = self.found.tets.len();
-            progress("trace", done as u64, (done + frontier.len()) as u64);
-            self.solve_nodes_and_edges(&frontier, stop)?;
-            let mut faces: Vec<FaceKey> = frontier.iter().flat_map(|t| t.faces()).collect();
-            faces.sort_unstable();
-            faces.dedup();
-            faces.retain(|f| !self.found.faces.contains_key(f));
-            let mut todo = frontier;
-            let mut reached: Vec<FaceKey> = todo.iter().flat_map(|t| t.faces()).collect();
-            for _ in 0..24 {
-                let touched = self.solve_faces(faces, stop)?;
-                reached.extend(&touched);
-                // Tetrahedra solved before whose faces changed.
-                for face in &touched {
-                    todo.extend(
-                        face.tetrahedra()
-                            .filter(|t| self.found.tets.contains_key(t)),
-                    );
-                }
-                todo.sort_unstable();
-                todo.dedup();
-                faces = self.solve_tets(&todo, stop)?;
-                if faces.is_empty() {
-                    break;
-                }
-                todo = faces
-                    .iter()
-                    .flat_map(|f| f.tetrahedra())
-                    .filter(|t| self.found.tets.contains_key(t))
-                    .collect();
-            }
-            frontier = self.next_frontier(reached);
-        }
-        Ok(())
-    }
-
-    /// Unsolved tetrahedra beside faces that the mid-surface crosses.
-    fn next_frontier(&self, mut faces: Vec<FaceKey>) -> Vec<TetKey> {
-        faces.sort_unstable();
-        faces.dedup();
-        let crossed = |f: &FaceKey| {
-            self.found
-                .faces
-                .get(f)
-                .is_some_and(|c| !c.arcs.is_empty() || !c.nodes.is_empty())
-        };
-        let mut next: Vec<TetKey> = faces
-            .into_iter()
-            .filter(crossed)
-            .flat_map(|f| f.tetrahedra())
-            .filter(|t| !self.found.tets.contains_key(t))
+        let mut seeds = self.seeds();
+        seeds.retain(|&t| self.within.contains(t));
+        let mut asks = self.walk(seeds, progress, stop)?;
+        let by_seeds = self.pieces.len();
+        let mut entries = self.cut_contours(stop)?;
+        entries.retain(|&t| !self.is_reached(t));
+        asks.append(self.walk(entries, progress, stop)?);
+        asks.sort();
+        self.cut_in = (self.pieces[by_seeds..].iter())
+            .flat_map(Piece::tets)
             .collect();
-        next.sort_unstable();
-        next.dedup();
-        next
-    }
-
-    fn solve_nodes_and_edges(&mut self, tets: &[TetKey], stop: &Stop) -> Result<(), Stopped> {
-        let mut edges: Vec<EdgeKey> = tets.iter().flat_map(|t| t.edges()).collect();
-        edges.sort_unstable();
-        edges.dedup();
-        edges.retain(|e| !self.found.edges.contains_key(e));
-        let mut nodes: Vec<NodeKey> = edges.iter().flat_map(|e| e.nodes()).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes.retain(|n| !self.found.nodes.contains_key(n));
-        let before = self.found.queries;
-        let samples = self.batch(&nodes, stop, |t, probe, n| {
-            sample_node(probe, t.lattice.position(n))
-        })?;
-        self.found.nodes.extend(nodes.into_iter().zip(samples));
-        let solved = self.batch(&edges, stop, |t, probe, e| {
-            let [a, b] = e.nodes();
-            let ends = [t.lattice.position(a), t.lattice.position(b)];
-            crossings(probe, ends, [&t.found.nodes[&a], &t.found.nodes[&b]])
-        })?;
-        self.found.edges_solved += edges.len();
-        self.found.edges.extend(edges.into_iter().zip(solved));
-        self.found.edge_queries += self.found.queries - before;
-        Ok(())
-    }
-
-    /// Solves faces, and again those whose edges turn out to have further
-    /// vertices. Returns all that were solved.
-    fn solve_faces(&mut self, faces: Vec<FaceKey>, stop: &Stop) -> Result<Vec<FaceKey>, Stopped> {
-        let mut todo = faces;
-        let mut touched: FxHashSet<FaceKey> = FxHashSet::default();
-        for round in 0.. {
-            if todo.is_empty() {
-                break;
+        loop {
+            let frontier = self.answer(asks, stop)?;
+            if frontier.is_empty() {
+                return self.renew(stop);
             }
-            if round == MOST_ROUNDS {
-                self.found.unsettled += todo.len();
-                break;
-            }
-            debug_assert!(
-                todo.iter()
-                    .flat_map(|f| f.edges())
-                    .all(|e| self.found.edges.contains_key(&e))
-            );
-            let solved = self.batch(&todo, stop, |t, probe, f| t.solve_face(probe, f))?;
-            let mut grown: Vec<EdgeKey> = Vec::new();
-            for (&face, contours) in todo.iter().zip(&solved) {
-                for &(side, crossing) in &contours.found {
-                    let edge = face.edges()[side as usize];
-                    if self.add_crossing(edge, crossing) {
-                        grown.push(edge);
-                    }
-                }
-            }
-            touched.extend(&todo);
-            self.found.faces.extend(todo.into_iter().zip(solved));
-            grown.sort_unstable();
-            grown.dedup();
-            todo = grown
-                .iter()
-                .flat_map(|e| e.faces())
-                .filter(|f| self.found.faces.contains_key(f))
-                .collect();
-            todo.sort_unstable();
-            todo.dedup();
+            asks = self.walk(frontier, progress, stop)?;
         }
-        let mut touched: Vec<FaceKey> = touched.into_iter().collect();
-        touched.sort_unstable();
-        Ok(touched)
     }
 
-    fn add_crossing(&mut self, edge: EdgeKey, crossing: Crossing) -> bool {
-        let near = self.lengths().same_point;
-        let low = self.lattice.position(edge.nodes()[0]);
+    /// Tetrahedra from which contours lead out of the box that the walk stays
+    /// in: there it enters what no seed within the box leads to.
+    fn cut_contours(&mut self, stop: &Stop) -> Result<Vec<TetKey>, Stopped> {
         let field = self.walls.field();
-        let list = self.found.edges.entry(edge).or_default();
-        let same = |c: &Crossing| {
-            c.at.distance(crossing.at) <= near && alike(field, crossing.at, c.walls, crossing.walls)
-        };
-        if list.iter().any(same) {
-            return false;
-        }
-        // In the order along the edge, whoever found it.
-        let place = |c: &Crossing| c.at.distance(low);
-        let after = list.partition_point(|c| place(c) <= place(&crossing));
-        list.insert(after, crossing);
-        true
-    }
-
-    fn lengths(&self) -> Tolerances {
-        Tolerances::new(self.walls.tolerances(), self.lattice.cell())
-    }
-
-    fn solve_face(&self, probe: &mut Probe, face: FaceKey) -> FaceContours {
-        let edges = face.edges();
-        let sides = edges.map(|e| self.found.edges.get(&e).map_or(&[][..], |l| &l[..]));
-        let seeds = self.found.seeds.get(&face).map_or(&[][..], |s| &s[..]);
-        if seeds.is_empty() && sides.iter().all(|s| s.is_empty()) {
-            return FaceContours::default();
-        }
-        let corners: SmallVec<[DVec3; 8]> = face
-            .nodes()
-            .iter()
-            .map(|&n| self.lattice.position(n))
-            .collect();
-        let middle = corners.iter().sum::<DVec3>() / 3.0;
-        let coping = probe
-            .field()
-            .nearest_coping(middle, 1.2 * self.lattice.cell())
-            .is_some();
-        match Region::new(
-            corners,
-            if coping {
-                Barrier::Coping
-            } else {
-                Barrier::None
-            },
-        ) {
-            Some(region) => solve_face(probe, region, sides, [true, true, false], seeds),
-            None => FaceContours::default(),
-        }
-    }
-
-    /// Solves tetrahedra; returns faces that need solving again.
-    fn solve_tets(&mut self, tets: &[TetKey], stop: &Stop) -> Result<Vec<FaceKey>, Stopped> {
-        let solved = self.batch(tets, stop, |t, probe, key| {
-            let faces = key.faces().map(|f| &t.found.faces[&f]);
-            if faces
-                .iter()
-                .all(|f| f.arcs.is_empty() && f.nodes.is_empty())
-            {
-                return TetSurface::default();
-            }
-            let corners = key.nodes().map(|n| t.lattice.position(n));
-            let middle = 0.5 * (corners[0] + corners[3]);
-            let coping = probe
-                .field()
-                .nearest_coping(middle, 0.9 * t.lattice.cell())
-                .is_some();
-            solve_tet(
-                probe,
-                key,
-                &Cage::new(corners, coping),
-                faces,
-                &t.found.edges,
-            )
+        let (low, high) = field.bounds();
+        let all = self.lattice.cells(low, high);
+        let within = self.within;
+        let inside = |centre, radius: f64| field.signed_clearance(centre) > -radius;
+        let rim = within.rim(&self.lattice, &all, inside);
+        let entries = self.solve_again(&rim, stop, |store, tets| {
+            let mut leads_out = |tet: &TetKey| {
+                let mut faces = tet.faces().into_iter();
+                faces.any(|face| {
+                    let out = face.tetrahedra().any(|t| !within.contains(t));
+                    out && is_crossed(store.face(face))
+                })
+            };
+            let tets = tets.iter().copied();
+            tets.filter(|t| leads_out(t)).collect::<Vec<_>>()
         })?;
-        let mut faces = Vec::new();
-        let near = self.lengths().same_point;
-        for surface in &solved {
-            for &(face, seed) in &surface.seeds {
-                let list = self.found.seeds.entry(face).or_default();
-                if list.iter().all(|s| s.at.distance(seed.at) > near) {
-                    list.push(seed);
-                    faces.push(face);
+        Ok(entries.into_iter().flatten().collect())
+    }
+
+    fn is_reached(&self, tet: TetKey) -> bool {
+        let block = self.reached.get(&tet.block(self.bits));
+        block.is_some_and(|tets| tets.binary_search(&tet).is_ok())
+    }
+
+    fn store(&self) -> Store<'_> {
+        Store::new(self.walls, self.lattice, &self.asked)
+    }
+
+    fn same_point(&self) -> f64 {
+        Tolerances::new(self.walls.tolerances(), self.lattice.cell()).same_point
+    }
+
+    /// Enters every tetrahedron to which contours lead from a frontier, block by
+    /// block; returns what they ask.
+    fn walk(
+        &mut self,
+        frontier: Vec<TetKey>,
+        progress: &Progress,
+        stop: &Stop,
+    ) -> Result<Asks, Stopped> {
+        let mut asks = Asks::default();
+        let mut entries = frontier;
+        let done = AtomicU64::new(0);
+        let mut expected = 0;
+        while !entries.is_empty() {
+            let mut blocks: BTreeMap<BlockKey, Vec<TetKey>> = BTreeMap::new();
+            for tet in entries {
+                blocks.entry(tet.block(self.bits)).or_default().push(tet);
+            }
+            let blocks: Vec<(BlockKey, Vec<TetKey>)> = blocks.into_iter().collect();
+            expected += blocks.len() as u64;
+            let this = &*self;
+            let walked: Vec<Walked> = (blocks.par_iter())
+                .map_init(
+                    || this.store(),
+                    |store, (block, entries)| {
+                        let walked = this.walk_block(store, *block, entries, stop)?;
+                        let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+                        progress("trace", done, expected);
+                        Ok(walked)
+                    },
+                )
+                .collect::<Result<_, Stopped>>()?;
+            let mut exits = Vec::new();
+            for ((block, _), walked) in blocks.into_iter().zip(walked) {
+                let tets = self.reached.entry(block).or_default();
+                tets.extend(walked.tets);
+                tets.sort_unstable();
+                tets.shrink_to_fit();
+                exits.extend(walked.exits);
+                self.pieces.push(walked.piece);
+                asks.append(walked.asks);
+                self.troubles.append(walked.troubles);
+                self.effort.add(walked.effort);
+            }
+            exits.par_sort_unstable();
+            exits.dedup();
+            exits.retain(|&t| self.within.contains(t) && !self.is_reached(t));
+            entries = exits;
+        }
+        asks.sort();
+        Ok(asks)
+    }
+
+    fn walk_block(
+        &self,
+        store: &mut Store,
+        block: BlockKey,
+        entries: &[TetKey],
+        stop: &Stop,
+    ) -> Result<Walked, Stopped> {
+        let known = self.reached.get(&block).map_or(&[][..], |tets| tets);
+        let mut out = Walked::default();
+        let mut seen: FxHashSet<TetKey> = FxHashSet::default();
+        let mut open: Vec<TetKey> = entries.iter().rev().copied().collect();
+        while let Some(tet) = open.pop() {
+            if tet.block(self.bits) != block {
+                out.exits.push(tet);
+                continue;
+            }
+            if known.binary_search(&tet).is_ok() || !seen.insert(tet) {
+                continue;
+            }
+            if seen.len().is_multiple_of(64) {
+                stop.heed()?;
+            }
+            for face in tet.faces() {
+                if is_crossed(store.face(face)) {
+                    open.extend(face.tetrahedra().filter(|t| !seen.contains(t)));
                 }
             }
         }
-        self.found.tets.extend(tets.iter().copied().zip(solved));
-        faces.sort_unstable();
-        faces.dedup();
-        // A face of an unsolved neighbour is solved when its turn comes.
-        faces.retain(|f| self.found.faces.contains_key(f));
-        Ok(faces)
+        out.exits.sort_unstable();
+        out.exits.dedup();
+        out.tets = seen.into_iter().collect();
+        out.tets.sort_unstable();
+        let mut solved: Vec<(TetKey, TetSurface)> = Vec::with_capacity(out.tets.len());
+        for (n, &key) in out.tets.iter().enumerate() {
+            if n.is_multiple_of(64) {
+                stop.heed()?;
+            }
+            for face in key.faces() {
+                let contours = store.face(face);
+                out.troubles.of_face(face, contours);
+                out.asks.of_face(face, contours);
+            }
+            // One of which a face asks for more is solved once that is there.
+            if let Some(surface) = store.tet(key) {
+                out.troubles.of_tet(key, Some(&surface));
+                out.asks.of_tet(key, &surface);
+                solved.push((key, surface));
+            }
+        }
+        out.piece = Piece::new(store, &solved);
+        out.effort = store.clear();
+        Ok(out)
     }
 
     /// Counts of the work done.
     pub fn counts(&self) -> Counts {
-        let active = self.found.tets.iter().filter(|t| !t.1.triangles.is_empty());
-        let cells: FxHashSet<NodeKey> = active.map(|t| t.0.cell()).collect();
-        let lost: usize = self
-            .found
-            .faces
-            .values()
-            .map(|f| f.lost.len())
-            .sum::<usize>()
-            + self
-                .found
-                .tets
-                .values()
-                .map(|t| t.open.len())
-                .sum::<usize>();
         Counts {
-            cells: cells.len(),
-            tetrahedra: self.found.tets.len(),
-            faces: self.found.faces.len(),
-            edges: self.found.edges_solved,
-            queries: self.found.queries,
-            queries_per_edge: self.found.edge_queries as f64
-                / self.found.edges_solved.max(1) as f64,
-            lost,
-            matched: {
-                let faces = self.found.faces.values().map(|f| f.matched as usize);
-                let tets = self.found.tets.values().map(|t| t.matched as usize);
-                faces.sum::<usize>() + tets.sum::<usize>()
-            },
-            torn: {
-                let nodes = self.found.faces.values().flat_map(|f| &f.nodes);
-                let tets = self.found.tets.values().map(|t| t.torn as usize);
-                nodes.filter(|n| n.kind == FaceNodeKind::Torn).count() + tets.sum::<usize>()
-            },
-            unsettled: self.found.unsettled,
+            cells: Piece::cells(&self.pieces),
+            tetrahedra: self.reached.values().map(Vec::len).sum(),
+            faces: self.effort.faces,
+            edges: self.effort.edges,
+            queries: self.effort.queries,
+            queries_per_edge: self.effort.edge_queries as f64 / self.effort.edges.max(1) as f64,
+            lost: self.troubles.sum(0),
+            matched: self.troubles.sum(1),
+            torn: self.troubles.sum(2),
+            unsettled: self.unsettled,
         }
     }
 
-    fn vertex(&self, key: VertexKey) -> MarkedVertex {
-        match key {
-            VertexKey::Edge(e, i) => {
-                let c = &self.found.edges[&e][i as usize];
-                MarkedVertex {
-                    at: c.at,
-                    walls: SmallVec::from_slice(&c.walls),
-                    coping: None,
-                }
-            }
-            VertexKey::Face(f, i) => {
-                let n = &self.found.faces[&f].nodes[i as usize];
-                let coping = match n.kind {
-                    FaceNodeKind::Coping(c) => Some(c),
-                    _ => None,
-                };
-                MarkedVertex {
-                    at: n.at,
-                    walls: n.walls.iter().copied().collect(),
-                    coping,
-                }
-            }
-            VertexKey::Inner(t, i) => {
-                let v = &self.found.tets[&t].inner[i as usize];
-                let coping = match v.kind {
-                    InnerKind::OnCoping(c) => Some(c),
-                    _ => None,
-                };
-                MarkedVertex {
-                    at: v.at,
-                    walls: v.walls.iter().copied().collect(),
-                    coping,
-                }
-            }
-        }
+    /// Joins the pieces of all tetrahedra to one mesh.
+    pub fn assemble(self) -> MarkedMesh {
+        assemble(self.pieces)
     }
 
-    /// Joins the pieces of all tetrahedra to one mesh, vertices numbered in
-    /// the order of their keys.
-    pub fn assemble(&self) -> MarkedMesh {
-        let mut tets: Vec<TetKey> = self
-            .found
-            .tets
-            .iter()
-            .filter(|t| !t.1.polygons.is_empty())
-            .map(|t| *t.0)
-            .collect();
-        tets.par_sort_unstable();
-        let mut keys: Vec<VertexKey> = tets
-            .iter()
-            .flat_map(|t| self.found.tets[t].triangles.iter().flatten().copied())
-            .collect();
-        keys.par_sort_unstable();
-        keys.dedup();
-        let number = |k: &VertexKey| keys.binary_search(k).ok().map(|n| n as u32);
-        let mut mesh = MarkedMesh {
-            vertices: keys.iter().map(|&k| self.vertex(k)).collect(),
-            ..MarkedMesh::default()
-        };
-        for tet in &tets {
-            let surface = &self.found.tets[tet];
-            for t in &surface.triangles {
-                // Every key was collected above.
-                if let [Some(a), Some(b), Some(c)] = [number(&t[0]), number(&t[1]), number(&t[2])] {
-                    mesh.triangles.push([a, b, c]);
-                }
-            }
-            for polygon in &surface.polygons {
-                let n = polygon.corners.len();
-                for k in 0..n {
-                    let line = polygon.lines[k];
-                    if line == Line::Sheet {
-                        continue;
-                    }
-                    let ends = (
-                        number(&polygon.corners[k]),
-                        number(&polygon.corners[(k + 1) % n]),
-                    );
-                    if let (Some(a), Some(b)) = ends {
-                        mesh.lines.insert(edge(a, b), line);
-                    }
-                }
-            }
+    /// What was found in some of the cells that the walk stayed in.
+    pub fn share(self, cells: &CellBox) -> Share {
+        let keep = |t: TetKey| cells.contains(t);
+        let pieces = self.pieces.into_par_iter();
+        Share {
+            pieces: pieces.map(|p| p.retained(keep)).collect(),
+            cut_in: self.cut_in.into_iter().filter(|&t| keep(t)).collect(),
         }
-        mesh.drop_pillows();
-        mesh.drop_stray_lines();
-        mesh
+    }
+}
+
+/// What a walk within some cells found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Share {
+    /// The mid-surface there.
+    pub pieces: Vec<Piece>,
+    /// Tetrahedra to which no seed in the surroundings leads; they count if the
+    /// mid-surface of other shares comes there.
+    pub cut_in: Vec<TetKey>,
+}
+
+/// Joins pieces to one mesh, vertices numbered in the order of their keys.
+fn assemble(pieces: Vec<Piece>) -> MarkedMesh {
+    let mut mesh = join(pieces);
+    mesh.drop_pillows();
+    mesh.drop_stray_lines();
+    mesh
+}
+
+impl Share {
+    /// Joins shares to one mesh. None where two of them know a vertex apart.
+    pub fn join(shares: Vec<Share>) -> Option<(MarkedMesh, usize)> {
+        let (mut pieces, mut cut_in) = (Vec::new(), Vec::new());
+        for mut share in shares {
+            pieces.append(&mut share.pieces);
+            cut_in.append(&mut share.cut_in);
+        }
+        let apart = piece::unreached(&pieces, cut_in);
+        if !apart.is_empty() {
+            let keep = |t: TetKey| !apart.contains(&t);
+            pieces = (pieces.into_par_iter()).map(|p| p.retained(keep)).collect();
+        }
+        let cells = Piece::cells(&pieces);
+        piece::agree(&pieces).then(|| (assemble(pieces), cells))
     }
 }

@@ -23,6 +23,11 @@ use crate::walls::thickness::{ThicknessProfile, thickness_at};
 /// Samples of the wall thickness that the page shows, and by which it counts cells.
 const SAMPLES: usize = 20_000;
 
+/// Active cells of a lattice for each that is crossed, about, as
+/// [`expected_cells`](crate::extract::expected_cells) has it: how the lattice lies
+/// against the walls is not known before.
+const ACTIVE: f64 = 1.6;
+
 /// Samples that stand for a cell, so that hardly one is passed over.
 const PER_CELL: f64 = 4.0;
 
@@ -235,7 +240,7 @@ impl Session {
     }
 }
 
-/// Cells of a size that the mid-surface crosses: counted by the centres of maximal
+/// Active cells of a size: those that the mid-surface crosses, counted by the centres of maximal
 /// balls in cells so large that some centres lie in each, and taken to that size by
 /// the inverse square.
 fn cells(field: &Field, profile: &ThicknessProfile, area: f64, size: f64) -> f64 {
@@ -245,7 +250,7 @@ fn cells(field: &Field, profile: &ThicknessProfile, area: f64, size: f64) -> f64
         let centre = sample.at - 0.5 * sample.thickness * field.normal(sample.face);
         crossed.insert((centre / coarse).floor().as_i64vec3());
     }
-    crossed.len() as f64 * (coarse / size).powi(2)
+    ACTIVE * crossed.len() as f64 * (coarse / size).powi(2)
 }
 
 fn seconds(result: &Extraction) -> f64 {

@@ -105,6 +105,20 @@ pub struct Separation {
     pub keep_fins_from: Option<f64>,
 }
 
+/// Least object angle of a fin that is kept: above the facet angle of usual
+/// tessellations.
+const KEPT_FIN_ANGLE: f64 = 40.0;
+
+impl Separation {
+    /// Of sheets with at least this object angle, degrees, fins pruned or kept.
+    pub fn new(min_angle: f64, keep_fins: bool) -> Separation {
+        Separation {
+            min_angle,
+            keep_fins_from: keep_fins.then_some(KEPT_FIN_ANGLE.max(min_angle)),
+        }
+    }
+}
+
 /// Lengths below which things are equal; all in part units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerances {

@@ -54,14 +54,16 @@ fn mended(mesh: &TriMesh, options: PartOptions) -> (Mended, Vec<&'static str>) {
 }
 
 #[test]
-fn a_triangle_given_twice_goes_unasked() {
+fn a_triangle_given_twice_goes_if_asked() {
     let mut mesh = plate();
     mesh.triangles.push([2, 3, 0]);
-    let (mended, codes) = mended(&mesh, PartOptions::default());
+    let refused = part(&mesh, PartOptions::default()).unwrap_err();
+    assert!(refused.contains("do not pair up"), "{refused}");
+    let (mended, codes) = mended(&mesh, ASKED);
     assert_eq!(codes, ["doubled"]);
     assert_eq!(mended.repairs[0].places.len(), 1);
     assert_eq!(mended.mesh, plate());
-    assert_eq!(part(&mesh, PartOptions::default()).unwrap().volume(), 480.0);
+    assert_eq!(part(&mesh, ASKED).unwrap().volume(), 480.0);
 }
 
 /// A wall without thickness that stands on the box.

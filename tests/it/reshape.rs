@@ -168,3 +168,40 @@ fn rayon_pool(threads: usize) -> rayon::ThreadPool {
         .build()
         .unwrap()
 }
+
+/// A plate's border is one loop; where it was begun does not matter to corners.
+#[test]
+fn quads_leave_no_triangle_and_no_sliver_on_a_plate() {
+    for (name, share) in [
+        ("plate", 1.0),
+        ("rib_grid", 0.95),
+        ("hemisphere_shell", 0.95),
+    ] {
+        let elements = ElementSettings {
+            quads: true,
+            ..ElementSettings::of_size(CellSize::Thicknesses(2.0))
+        };
+        let settings = Settings {
+            elements: Some(elements),
+            ..Settings::default()
+        };
+        let part = part(name);
+        let result = extract(&part, &settings, &|_, _, _| ()).unwrap();
+        assert_eq!(topology(&result), topology(&run(&part, None)), "{name}");
+        let surface = &result.surface;
+        assert_eq!(self_intersections(&surface.mesh()), [], "{name}");
+        let paired = 2 * result.quads.len();
+        let all = surface.triangles().len();
+        assert!(
+            paired as f64 >= share * all as f64,
+            "{name}: {paired} of {all}"
+        );
+        let t = surface.vertices()[0].ball.thickness;
+        for triangle in surface.triangles() {
+            let [a, b, c] = triangle.corners.map(|v| surface.position(v));
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            let height = (b - a).cross(c - a).length() / longest;
+            assert!(height > 0.1 * t, "{name}: {height} at {a}");
+        }
+    }
+}

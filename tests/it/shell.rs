@@ -38,6 +38,16 @@ fn decks_come_back_with_positions_and_triangles() {
         ] {
             let loaded = read(reader, &written(&model, format)).unwrap();
             assert_eq!(loaded.mesh.triangles.len(), surface.triangles().len());
+            // Thickness too, of every corner.
+            for &v in loaded.mesh.triangles.iter().flatten() {
+                let at = loaded.mesh.positions[v as usize];
+                let own = model.nodes.iter().find(|n| n.position.distance(at) < 1e-13);
+                let thickness = loaded.values.thickness[v as usize];
+                assert!(
+                    (thickness - own.unwrap().thickness).abs() < 1e-6,
+                    "{format:?}"
+                );
+            }
             // Some decks list elements sheet by sheet, some by number.
             for face in (0..3).map(FaceId) {
                 let corners = loaded.mesh.corners(face);

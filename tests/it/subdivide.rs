@@ -122,7 +122,7 @@ fn the_command_writes_what_it_says() {
     }
     let ply = std::fs::read(desk.path("hollow.ply")).unwrap();
     let header = String::from_utf8_lossy(&ply[..400]);
-    assert!(header.contains("property double thickness\nproperty uchar red\n"));
+    assert!(header.contains("property double nz\nproperty double thickness\nproperty uchar red\n"));
 }
 
 #[test]

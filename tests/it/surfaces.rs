@@ -105,3 +105,42 @@ fn a_thickness_at_every_vertex_is_taken_from_the_file() {
     let wedge = 200.0 / (1.0 - slope * slope).sqrt();
     assert!((found / wedge - 1.0).abs() < 5e-3, "{found} {wedge}");
 }
+
+/// The long side of one square has a vertex of two others in its middle.
+#[test]
+fn a_vertex_in_the_middle_of_an_edge_is_stitched() {
+    let desk = Desk::new();
+    desk.put(
+        "sheet.obj",
+        "v 0 0 0\nv 10 0 0\nv 10 10 0\nv 0 10 0\nv 10 5 0\nv 20 0 0\nv 20 10 0\nv 20 5 0\n\
+         f 1 2 3\nf 1 3 4\nf 2 6 8\nf 2 8 5\nf 5 8 7\nf 5 7 3\n",
+    );
+    let found = volume(&desk, &["thicken", "sheet.obj", "--thickness", "2"]);
+    assert!((found / 400.0 - 1.0).abs() < 1e-9, "{found}");
+    let report = std::fs::read_to_string(desk.path("report.json")).unwrap();
+    assert!(report.contains("\"stitched\""), "{report}");
+}
+
+#[test]
+fn small_holes_are_closed_when_asked_for() {
+    let desk = Desk::new();
+    // A square with a square hole of side 1 in its middle.
+    desk.put(
+        "frame.obj",
+        "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nv 4 4 0\nv 5 4 0\nv 5 5 0\nv 4 5 0\n\
+         f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n",
+    );
+    let args = ["thicken", "frame.obj", "--thickness", "2"];
+    let open = volume(&desk, &args);
+    assert!((open / 160.0 - 1.0).abs() < 1e-6, "{open}");
+    let closed = volume(&desk, &[&args[..], &["--fill", "4.5"]].concat());
+    assert!((closed / 162.0 - 1.0).abs() < 1e-9, "{closed}");
+    let report = std::fs::read_to_string(desk.path("report.json")).unwrap();
+    assert!(report.contains("1 holes were closed"), "{report}");
+    let both = [
+        &args[..],
+        &["--side", "both", "--fill", "4.5", "-o", "a.stl"],
+    ]
+    .concat();
+    desk.refuses_command(&both, &["one side"]);
+}

@@ -235,6 +235,10 @@ fn vtu_holds_triangles_then_lines() {
     assert_eq!(vtu_array(&text, "kind", 0), [2, 2, 3, 3, 4]);
     assert_eq!(vtu_array(&text, "kind", 1), [0, 0, 0, 1, 3, 3, 3, 3, 4, 4]);
     assert_eq!(doubles("thickness"), [2.0, 2.0, 1.9, 2.1, 2.0]);
+    assert_eq!(doubles("radius"), [1.0; 5]);
+    for (name, way) in [("foot_1", 1.0), ("foot_2", -1.0)] {
+        assert_eq!(doubles(name), [0.0, 0.0, way].repeat(5), "{name}");
+    }
     assert_eq!(doubles("Points")[4], 1.0 / 3.0);
 }
 

@@ -6,10 +6,9 @@ use std::time::Instant;
 
 use midsurf::check::{Check, LEAST_ANGLE, Limits, Measure, Outcome};
 use midsurf::intake::{CopingSource, Input};
-use midsurf::io::quote::{figure, shown_path};
+use midsurf::io::quote::figure;
 use midsurf::io::read_any_surface;
 use midsurf::io::write::stage_fields;
-use midsurf::surface::MidSurface;
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;
@@ -22,10 +21,6 @@ use crate::cli::shared::run::RunArgs;
 
 /// Places that a report states of each measure; all are counted.
 const PLACES_SHOWN: usize = 100;
-
-/// Largest part of the surface's box that may lie outside the part's, in
-/// diagonals of the part, for the two to belong together.
-const SAME_PLACE: f64 = 0.5;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -104,7 +99,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     let reading = args.reading.with(Some(&args.select));
     let input = Input::read(&args.part, &args.coping, &reading, false)?;
     let (surface, with_thickness) = read_any_surface(&args.model).map_err(Failure::input)?;
-    belongs(&args, &input, &surface)?;
+    input.owns(&args.model, &surface)?;
     progress.show("checking", 0, 0);
     let limits = Limits {
         tolerance: args.tolerance,
@@ -161,28 +156,6 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
         say(format_args!("failed: {}", outcome.measure.name()));
     }
     Ok(ExitCode::from(u8::from(!fails.is_empty())))
-}
-
-/// Refuses a model that is elsewhere, or of another size: of another part or in
-/// another unit.
-fn belongs(args: &Args, input: &Input, surface: &MidSurface) -> Result<(), Failure> {
-    let (part, model) = (input.part.bounds(), surface.mesh().bounds());
-    let reach = SAME_PLACE * part.diagonal();
-    let inside = part.grown(reach);
-    let apart = !inside.contains(model.min) || !inside.contains(model.max);
-    if apart || model.diagonal() < 0.01 * part.diagonal() {
-        return Err(Failure::usage(
-            format!(
-                "{}: does not belong to {}: its box is {} by its diagonal, that of the part {}",
-                shown_path(&args.model),
-                shown_path(&args.part),
-                figure(model.diagonal()),
-                figure(part.diagonal())
-            ),
-            "check that both are of one part, in one unit and one place",
-        ));
-    }
-    Ok(())
 }
 
 fn told(outcome: &Outcome) -> Value {

@@ -202,6 +202,7 @@ impl ClosedPartArgs {
             side: SideArg::Inner,
             cell: self.cell,
             tolerance: self.tolerance,
+            fill: None,
             solid: self.solid,
             memory: self.memory,
             run: self.run,

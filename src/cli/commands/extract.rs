@@ -19,6 +19,9 @@ use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
 
 pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
+    if let Some(which) = args.shard {
+        return super::merge::run_shard(&args, which);
+    }
     check_names(&args)?;
     if args.list && args.run.reports_to_stdout() {
         return Err(Failure::usage(
@@ -55,7 +58,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     };
     let (models, model) = args
         .shell
-        .stage(&input, &result.surface, &faces, &args.output)?;
+        .stage(Some(&input), &result.surface, &faces, &args.output)?;
     staged.extend(models);
     let seconds = Seconds {
         read,

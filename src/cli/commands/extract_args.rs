@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use midsurf::extract::{DEFAULT_ANGLE, Settings};
 use midsurf::intake::CopingSource;
 use midsurf::settings::cell::CellSize;
+use midsurf::shard::ShardOf;
 
 use crate::cli::shared::elements::ElementArgs;
 use crate::cli::shared::memory::MemoryArgs;
@@ -31,8 +32,9 @@ web a quarter as thick as the wall that it stands on still has 28 degrees there.
 Fins into sharp outer corners are dropped at any angle, unless --keep-fins.
 
 Features smaller than two cells (a vent, a small hole) may be closed over; the
-report says which. A cell so small that the lattice would need more than
---memory-limit is refused, with the smallest cell that fits.
+report says which. A cell so small that the result would need more than
+--memory-limit is refused, with the smallest cell that fits; --shard and
+`midsurf merge` spread the work over machines.
 
 An open part is refused;
 --allow-open goes on all the same, but inside and outside are then guesses near
@@ -71,6 +73,9 @@ pub(crate) struct Args {
     /// Output file; repeat for several formats
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
+    /// Compute one of several shards and write it to -o FILE.shard, to be joined by `midsurf merge`
+    #[arg(long, value_name = "N/COUNT")]
+    pub(crate) shard: Option<ShardOf>,
     /// Print all sheets, seams, borders and junctions to stdout, sorted by place
     #[arg(long)]
     pub(crate) list: bool,

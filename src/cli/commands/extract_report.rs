@@ -2,20 +2,19 @@
 
 use std::path::PathBuf;
 
-use glam::DVec3;
 use midsurf::extract::{Extraction, Work};
 use midsurf::intake::Input;
 use midsurf::io::quote::figure;
 use midsurf::report::detection;
 use midsurf::report::extraction::{account, warnings};
+use midsurf::report::words::place;
 use midsurf::settings::memory::{Bytes, peak};
 use midsurf::settings::warning::Warning;
-use midsurf::surface::listing::{Summary, summary};
-use midsurf::surface::thickness::Thickness;
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::extract_args::Args;
+use crate::cli::shared::figures::Figures;
 use crate::cli::shared::report::{Envelope, named};
 
 /// Cracks that the report states with their place; all are counted.
@@ -41,8 +40,7 @@ impl Seconds {
 
 /// What is worth telling of an extraction.
 pub(crate) struct Report {
-    figures: Summary,
-    thickness: Option<Thickness>,
+    figures: Figures,
     seconds: Seconds,
     peak: Option<Bytes>,
     /// Those of the result; the input has its own.
@@ -52,8 +50,7 @@ pub(crate) struct Report {
 impl Report {
     pub(crate) fn new(input: &Input, result: &Extraction, seconds: Seconds) -> Report {
         Report {
-            figures: summary(&result.surface, &result.graph),
-            thickness: Thickness::of(&result.surface),
+            figures: Figures::of(&result.surface, &result.graph),
             warnings: warnings(input, result),
             seconds,
             peak: peak(),
@@ -109,7 +106,7 @@ impl Report {
         }
         .around(json!({
             "coping": input.detection.as_ref().map(detection::account),
-            "result": account(result),
+            "result": account(&result.surface, graph),
             "cracks": cracks.len(),
             "crack_places": &cracks[..cracks.len().min(CRACKS_SHOWN)],
             "closed_over": result.closed_over,
@@ -132,44 +129,7 @@ impl Report {
     /// The report in lines for stderr.
     pub(crate) fn summary(&self, result: &Extraction, verbose: u8) -> Vec<String> {
         let Extraction { work, graph, .. } = result;
-        let cracks = graph.cracks();
-        let Summary { counts, .. } = &self.figures;
-        let mut lines = vec![
-            format!(
-                "sheets       {}, area {}",
-                counts.sheets,
-                figure(self.figures.area)
-            ),
-            format!(
-                "seams        {}",
-                with_length(counts.seams, self.figures.seam_length)
-            ),
-            format!("junctions    {}", counts.junctions),
-            format!(
-                "borders      {} coping, {} fading, in {}",
-                with_length(counts.coping_borders, self.figures.coping_border_length),
-                with_length(counts.fading_borders, self.figures.fading_border_length),
-                counted(counts.boundary_components, "connected piece"),
-            ),
-            format!("creases      {}", counts.creases),
-            format!("cracks       {}", cracks.len()),
-        ];
-        if let Some(t) = self.thickness {
-            let [min, median, max] = [t.min, t.p50, t.max].map(figure);
-            lines.push(format!("thickness    {min} to {max}, median {median}"));
-        }
-        lines.push(format!(
-            "mesh         {} vertices, {} triangles, {}, Euler characteristic {}",
-            counts.vertices,
-            counts.triangles,
-            counted(counts.components, "component"),
-            counts.euler
-        ));
-        let angles = self.figures.quality;
-        lines.push(format!(
-            "angles       smallest {:.1} degrees, 1 % below {:.1}, median {:.1}",
-            angles.least, angles.percentile_1, angles.median
-        ));
+        let mut lines = self.figures.lines(graph);
         lines.push(format!(
             "cell         {}, {} active",
             figure(work.cell),
@@ -195,7 +155,7 @@ impl Report {
             lines.push(format!("memory       {peak} at the peak"));
         }
         if verbose > 0 {
-            for (number, sheet) in self.figures.sheets.iter().enumerate() {
+            for (number, sheet) in self.figures.summary.sheets.iter().enumerate() {
                 let [area, min, max] =
                     [sheet.area, sheet.thickness.min, sheet.thickness.max].map(figure);
                 lines.push(format!(
@@ -208,7 +168,7 @@ impl Report {
                 "lattice      {} tetrahedra, {} faces, {} edges solved",
                 work.counts.tetrahedra, work.counts.faces, work.counts.edges
             ));
-            for crack in cracks {
+            for crack in graph.cracks() {
                 lines.push(format!(
                     "crack        at {}, {} long",
                     place(crack.at),
@@ -218,21 +178,4 @@ impl Report {
         }
         lines
     }
-}
-
-fn place(p: DVec3) -> String {
-    let [x, y, z] = p.to_array().map(figure);
-    format!("({x}, {y}, {z})")
-}
-
-fn with_length(count: usize, length: f64) -> String {
-    match count {
-        0 => "0".to_owned(),
-        _ => format!("{count} of length {}", figure(length)),
-    }
-}
-
-/// A number with its noun.
-fn counted(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

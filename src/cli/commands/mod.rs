@@ -10,11 +10,14 @@ mod extract_args;
 mod extract_report;
 pub(crate) mod hollow;
 pub(crate) mod info;
+pub(crate) mod merge;
+pub(crate) mod mesh;
 pub(crate) mod offset;
 pub(crate) mod rethicken;
 pub(crate) mod roundtrip;
 pub(crate) mod schema;
 pub(crate) mod subdivide;
+mod subdivide_report;
 pub(crate) mod tags;
 pub(crate) mod thicken;
 #[cfg(feature = "view")]

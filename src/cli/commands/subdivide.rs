@@ -7,17 +7,17 @@ use std::time::Instant;
 
 use midsurf::intake::ControlInput;
 use midsurf::io::quote::figure;
-use midsurf::io::write::Shade;
 use midsurf::offset::OffsetError;
 use midsurf::settings::cell::CellSize;
 use midsurf::settings::warning::Warning;
 use midsurf::subdivide::{
-    Boundary, Cage, ContourError, ContourSettings, FoldFree, HollowSolid, Level, MOST_LEVELS,
-    MOST_SAMPLES, Scheme, Settings, SubdivideError, Trial, check_memory, contour, hollow_out,
-    interpolate, level_and_samples,
+    Boundary, Cage, ContourError, ContourSettings, Hollow, HollowSolid, Level, MOST_LEVELS,
+    MOST_SAMPLES, Scheme, Settings, SubdivideError, check_memory, contour, hollow_out, interpolate,
+    level_and_samples,
 };
 use serde_json::{Value, json};
 
+use super::subdivide_report::{figures, mean, range, shade, summary};
 use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::groups::{Group, pairs};
@@ -49,9 +49,6 @@ every vertex as a number and a colour, red thin, blue thick.
 
 Exit codes: 0 done, 1 done but the solid has folded triangles or cuts itself, 2
 wrong usage or bad input, 4 no usable result, 130 interrupted.";
-
-/// Folded triangles and crossing pairs that the report lists; all are counted.
-const LISTED: usize = 1000;
 
 /// Make a hollow solid of a Catmull-Clark control mesh.
 #[derive(clap::Args)]
@@ -215,7 +212,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
 
     show("writing");
     let thickness = [solid.thickness.as_slice(), &solid.thickness].concat();
-    let staged = args.solid.stage(&solid.hollow.mesh, shade(&thickness))?;
+    let normals = Hollow::normals(&solid.samples);
+    let staged = (args.solid).stage(&solid.hollow.mesh, shade(&thickness, &normals))?;
     let warnings = solid.warnings(&settings);
     show("report");
     let mut seconds = control.seconds();
@@ -277,7 +275,9 @@ fn contoured(args: &Args, control: &Control, progress: &Progress) -> Result<Exit
         _ => Failure::refused(&args.control, &error),
     })?;
     progress.show("writing", 0, 0);
-    let staged = args.solid.stage(&solid.mesh, shade(&solid.thickness))?;
+    let staged = args
+        .solid
+        .stage(&solid.mesh, shade(&solid.thickness, &[]))?;
     let [least, most] = range(&solid.thickness);
     let report = Envelope {
         command: "subdivide",
@@ -407,16 +407,6 @@ fn report(
     solid: &HollowSolid,
     (seconds, warnings): (Value, &[Warning]),
 ) -> Value {
-    let mesh = &solid.hollow.mesh;
-    let trial = |trial: &Trial| {
-        json!({
-            "levels": trial.level,
-            "epsilon": trial.epsilon,
-            "fold_free_crust": fold_free(trial.fold_free[0]),
-            "fold_free_direct": fold_free(trial.fold_free[1]),
-        })
-    };
-    let [least, most] = range(&solid.thickness);
     Envelope {
         command: "subdivide",
         input: input(args, control),
@@ -433,98 +423,5 @@ fn report(
         outputs: args.solid.outputs(),
         warnings: control.warnings.iter().chain(warnings).collect(),
     }
-    .around(json!({
-        "result": {
-            "levels": solid.trial.level,
-            "forced_steps": solid.forced,
-            "faces": solid.faces,
-            "crowded_faces": solid.crowded_faces,
-            "averaged_normals": solid.averaged_normals,
-            "vertices": mesh.positions.len(),
-            "triangles": mesh.triangles.len(),
-            "shell_vertices": solid.samples.outer.len(),
-            "shell_triangles": solid.hollow.shell,
-            "volume": mesh.volume(),
-            "thickness": { "min": least, "mean": mean(&solid.thickness), "max": most },
-            "epsilon": solid.trial.epsilon,
-            "crust_length": { "min": solid.crust_length[0], "max": solid.crust_length[1] },
-            "fold_free": fold_free(solid.trial.fold_free(settings.scheme)),
-            "folded_triangles": solid.folded.len(),
-            "folded": solid.folded.iter().take(LISTED).map(|f| f.0).collect::<Vec<u32>>(),
-            "intersections": solid.intersections.len(),
-            "intersecting": solid.intersections.iter().take(LISTED)
-                .map(|(a, b)| [a.0, b.0]).collect::<Vec<_>>(),
-        },
-        "levels_tried": solid.trials.iter().map(trial).collect::<Vec<Value>>(),
-    }))
-}
-
-/// Infinity is null in JSON: no thickness folds.
-fn fold_free(free: FoldFree) -> Value {
-    if free.thickness.is_finite() {
-        json!({ "thickness": free.thickness, "at": free.at.to_array() })
-    } else {
-        json!({ "thickness": null, "at": null })
-    }
-}
-
-fn range(values: &[f64]) -> [f64; 2] {
-    values.iter().fold([f64::INFINITY, 0.0], |[low, high], &x| {
-        [low.min(x), f64::max(high, x)]
-    })
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-fn summary(solid: &HollowSolid, settings: &Settings, verbose: u8) {
-    let mesh = &solid.hollow.mesh;
-    let trial = &solid.trial;
-    let [least, most] = range(&solid.thickness);
-    say(format_args!(
-        "levels       {} ({} forced), {} faces, {} of them with several extraordinary vertices",
-        trial.level, solid.forced, solid.faces, solid.crowded_faces
-    ));
-    say(format_args!(
-        "thickness    {} to {}, asked for {}; epsilon {}",
-        figure(least),
-        figure(most),
-        figure(settings.thickness),
-        figure(trial.epsilon)
-    ));
-    let [crust, direct] = trial.fold_free.map(|free| figure(free.thickness));
-    say(format_args!(
-        "fold-free    up to {crust} by crust, {direct} directly"
-    ));
-    say(format_args!(
-        "mesh         {} vertices, {} triangles, volume {}",
-        mesh.positions.len(),
-        mesh.triangles.len(),
-        figure(mesh.volume())
-    ));
-    say(format_args!(
-        "folded       {} triangles",
-        solid.folded.len()
-    ));
-    say(format_args!(
-        "crossing     {} pairs",
-        solid.intersections.len()
-    ));
-    if verbose > 0 {
-        for trial in &solid.trials {
-            let [crust, direct] = trial.fold_free.map(|free| figure(free.thickness));
-            say(format_args!(
-                "level {:<6} epsilon {}, fold-free up to {crust} by crust, {direct} directly",
-                trial.level,
-                figure(trial.epsilon)
-            ));
-        }
-    }
-}
-
-/// Paints the wall by its thickness.
-fn shade(values: &[f64]) -> Option<Shade<'_>> {
-    let name = "thickness";
-    Some(Shade { name, values })
+    .around(figures(solid, settings))
 }

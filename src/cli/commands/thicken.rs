@@ -65,6 +65,9 @@ pub(crate) struct Args {
     /// Split chords that stray farther than this from the solid [default: 0.2% of the thickness]
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     pub(super) tolerance: Option<f64>,
+    /// Close holes of the surface whose edge is no longer than this
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
+    pub(super) fill: Option<f64>,
     #[command(flatten)]
     pub(super) solid: SolidArgs,
     #[command(flatten)]
@@ -176,6 +179,12 @@ pub(super) fn one_sided(command: &str, args: &Args, side: Side) -> Result<ExitCo
 impl Args {
     /// The solid on both sides, by balls around the surface.
     fn two_sided(self) -> Result<rethicken::Args, Failure> {
+        if self.fill.is_some() {
+            return Err(Failure::usage(
+                "--fill closes holes before a surface is thickened on one side",
+                "leave --fill away, or take --side inner or outer",
+            ));
+        }
         let thickness = self.thickness.map(checked).transpose()?;
         Ok(self.balls(thickness, false))
     }
@@ -216,6 +225,7 @@ impl Args {
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }
+        settings.holes = self.fill.unwrap_or_default();
         settings.memory_limit = self.memory.allowed();
         settings.precision = self.solid.precision();
         Ok(settings)
@@ -228,6 +238,7 @@ impl Args {
             "cell": self.cell,
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
+            "fill": self.fill,
             "precision": settings.precision,
             "memory_limit": self.memory.memory_limit,
         })

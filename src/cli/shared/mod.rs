@@ -4,6 +4,7 @@ pub(crate) mod config;
 pub(crate) mod console;
 pub(crate) mod elements;
 pub(crate) mod failure;
+pub(crate) mod figures;
 pub(crate) mod groups;
 pub(crate) mod input;
 pub(crate) mod memory;

@@ -76,10 +76,10 @@ fn share(text: &str) -> Result<f64, String> {
 
 impl ShellArgs {
     /// Writes the models under passing names; their account for the report if
-    /// there are any.
+    /// there are any. Without the part its faces have no names.
     pub(crate) fn stage(
         &self,
-        input: &Input,
+        input: Option<&Input>,
         surface: &MidSurface,
         faces: &Faces,
         files: &[PathBuf],
@@ -123,7 +123,7 @@ impl ShellArgs {
 
     fn model(
         &self,
-        input: &Input,
+        input: Option<&Input>,
         surface: &MidSurface,
         faces: &Faces,
         order: Order,
@@ -138,7 +138,9 @@ impl ShellArgs {
             thickness_tolerance: self.thickness_tolerance,
         };
         let mut model = ShellModel::of(surface, faces, &settings);
-        model.name_after(input);
+        if let Some(input) = input {
+            model.name_after(input);
+        }
         if self.placement != model.placement {
             model.place(self.placement);
         }
@@ -154,7 +156,7 @@ fn shell_files(files: &[PathBuf]) -> impl Iterator<Item = (&Path, ShellFormat)> 
 }
 
 /// What a report says of a model.
-fn account(input: &Input, model: &ShellModel) -> Value {
+fn account(input: Option<&Input>, model: &ShellModel) -> Value {
     let sets = model.lines.iter();
     json!({
         "nodes": model.nodes.len(),
@@ -166,7 +168,7 @@ fn account(input: &Input, model: &ShellModel) -> Value {
         "sets": sets.map(|s| json!({ "name": s.name, "nodes": s.nodes().len() })).collect::<Vec<_>>(),
         "mass_at_density_1": {
             "model": MassProperties::of_shell(model),
-            "part": MassProperties::of_solid(input.part.mesh()),
+            "part": input.map(|i| MassProperties::of_solid(i.part.mesh())),
         },
     })
 }

@@ -2,9 +2,10 @@
 //! short, long and comma-separated fields.
 //!
 //! Grid points must be in the basic coordinate system. The group of a facet is
-//! `property N`.
+//! `property N`. Thickness is that at the corners of an element, or of its `PSHELL`.
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::elements::{ElementNames, Elements, Shape};
 use super::loaded::RawMesh;
@@ -26,6 +27,10 @@ fn shape(card: &str) -> Option<(Shape, usize)> {
     })
 }
 
+/// Field of the thickness at the first corner, the name being field 0, the same of
+/// all shell elements; none of a membrane's card is so long.
+const FIRST_THICKNESS: usize = 11;
+
 /// A card with its fields, name first.
 struct Card {
     fields: Vec<String>,
@@ -44,6 +49,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
         let at = DVec3::new(card.real(3)?, card.real(4)?, card.real(5)?);
         elements.node(card.number(1)?, at);
     }
+    let mut sections: FxHashMap<&str, f64> = FxHashMap::default();
+    for card in cards.iter().filter(|card| card.fields[0] == "PSHELL") {
+        sections.insert(card.field(1), card.real(3)?);
+    }
     for card in &cards {
         let Some((shape, most)) = shape(&card.fields[0]) else {
             continue;
@@ -59,6 +68,17 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
             .map(|k| card.number(k))
             .collect::<Result<Vec<u64>, Located>>()?;
         elements.element(shape, &nodes, names, Place::Line(card.line))?;
+        if let Shape::Triangle | Shape::Quad = shape {
+            for (k, &node) in nodes.iter().take(shape.corners()).enumerate() {
+                let own = match card.field(FIRST_THICKNESS + k) {
+                    "" => sections.get(property).copied(),
+                    _ => Some(card.real(FIRST_THICKNESS + k)?),
+                };
+                if let Some(thickness) = own.filter(|t| *t > 0.0) {
+                    elements.thickness(node, thickness);
+                }
+            }
+        }
     }
     elements.finish()
 }

@@ -92,6 +92,8 @@ pub(super) struct Elements {
     node_of: FxHashMap<u64, u32>,
     names: Vec<ElementNames>,
     elements: Vec<Element>,
+    /// Sum and number of the thicknesses given for a node.
+    thickness: FxHashMap<u32, (f64, u32)>,
 }
 
 impl Elements {
@@ -104,6 +106,32 @@ impl Elements {
         } else {
             self.positions[index as usize] = at;
         }
+    }
+
+    /// The thickness of a shell at a node that is there; of several, as of the
+    /// elements at a seam, the mean counts.
+    pub(super) fn thickness(&mut self, number: u64, thickness: f64) {
+        if let Some(&node) = self.node_of.get(&number) {
+            let (sum, count) = self.thickness.entry(node).or_default();
+            *sum += thickness;
+            *count += 1;
+        }
+    }
+
+    /// Thickness of all nodes; none unless each corner of an element has one. A
+    /// node inside a side needs none.
+    fn thicknesses(&self) -> Vec<f64> {
+        let known = |v: u32| {
+            self.thickness
+                .get(&v)
+                .map(|(sum, count)| sum / f64::from(*count))
+        };
+        let mut corners = self.elements.iter().flat_map(|e| &e.corners);
+        if self.thickness.is_empty() || corners.any(|&v| known(v).is_none()) {
+            return Vec::new();
+        }
+        let all = 0..self.positions.len() as u32;
+        all.map(|v| known(v).unwrap_or(0.0)).collect()
     }
 
     /// Names for elements to come; gives their number.
@@ -169,7 +197,13 @@ impl Elements {
             true => FacetPlaces::Lines(lines),
             false => FacetPlaces::Bytes(bytes),
         };
-        Ok(sink.finish(self.positions, builder.finish(), places, Vec::new()))
+        let thickness = match solid {
+            true => Vec::new(),
+            false => self.thicknesses(),
+        };
+        let mut raw = sink.finish(self.positions, builder.finish(), places, Vec::new());
+        raw.values.thickness = thickness;
+        Ok(raw)
     }
 
     fn shells(&self) -> Vec<(Face, u32, Place)> {

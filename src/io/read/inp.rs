@@ -1,7 +1,7 @@
 //! Abaqus and CalculiX input decks: nodes, shell and solid elements, element sets.
 //!
 //! What is read: `*NODE`, `*ELEMENT` with `TYPE` and `ELSET`, `*ELSET` with `ELSET` and
-//! `GENERATE`. One level of parts; instances, includes and transforms are refused, as
+//! `GENERATE`, `*NODAL THICKNESS`. One level of parts; instances, includes and transforms are refused, as
 //! what they stand for would be missing.
 
 use glam::DVec3;
@@ -69,6 +69,7 @@ enum Section {
         set: u32,
         generate: bool,
     },
+    Thickness,
     Other,
 }
 
@@ -141,6 +142,7 @@ impl File {
                 set: self.set(option("ELSET").unwrap_or("")),
                 generate: option("GENERATE").is_some(),
             },
+            "*NODAL THICKNESS" => Section::Thickness,
             _ => Section::Other,
         })
     }
@@ -207,6 +209,15 @@ impl File {
                     if let Ok(element) = word.parse() {
                         self.members.entry(element).or_default().push(*set);
                     }
+                }
+            }
+            Section::Thickness => {
+                // Sets of nodes may stand there too; those are not followed.
+                if let [node, thickness] = words
+                    && let Ok(node) = node.parse()
+                {
+                    let thickness = finite(thickness).map_err(|problem| (place, problem))?;
+                    self.nodes.thickness(node, thickness);
                 }
             }
             Section::Elements { kind: None, .. } | Section::Other => {}

@@ -83,12 +83,12 @@ impl LoadedMesh {
     }
 }
 
-/// Numbers that a PLY file gives for its vertices, as many as vertices, or none
+/// Numbers that a file gives for its vertices, as many as vertices, or none
 /// where the file has no such property, and for its edges. As read, so of any
 /// value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlyValues {
-    /// Property `thickness`.
+    /// Property `thickness` of a PLY, or nodal thickness of a deck.
     pub thickness: Vec<f64>,
     /// Property `radius`.
     pub radius: Vec<f64>,

@@ -44,6 +44,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
             ("$Nodes", Some(Version::Four)) => file.nodes_4(&mut rows)?,
             ("$Elements", Some(Version::Two)) => file.elements_2(&mut rows)?,
             ("$Elements", Some(Version::Four)) => file.elements_4(&mut rows)?,
+            ("$NodeData", Some(_)) => file.node_data(&mut rows)?,
             (word, None) => {
                 let message = format!("{:?} comes before $MeshFormat", excerpt(word));
                 return Err(row.syntax(message));
@@ -144,6 +145,34 @@ impl File {
                         self.solid_of.entry(surface).or_insert(tag);
                     }
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// The nodal data called `thickness`; other data mean nothing here.
+    fn node_data(&mut self, rows: &mut Rows) -> Result<(), Located> {
+        let mut name = String::new();
+        for _ in 0..rows.row()?.number(0)? {
+            name = rows.row()?.text.trim().trim_matches('"').to_owned();
+        }
+        for _ in 0..rows.row()?.number(0)? {
+            rows.row()?;
+        }
+        // Time step, components, and how many there are.
+        let mut integers = [0; 3];
+        for k in 0..rows.row()?.number(0)? {
+            let row = rows.row()?;
+            if let Some(slot) = integers.get_mut(k as usize) {
+                *slot = row.number(0)?;
+            }
+        }
+        let [_, components, count] = integers;
+        for _ in 0..count {
+            let row = rows.row()?;
+            if name.eq_ignore_ascii_case("thickness") && components == 1 {
+                let thickness = finite(row.word(1)).map_err(|p| (Place::Line(row.line), p))?;
+                self.elements.thickness(row.number(0)?, thickness);
             }
         }
         Ok(())

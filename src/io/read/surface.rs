@@ -13,7 +13,7 @@ use crate::io::Place;
 use crate::io::error::ReadError;
 use crate::io::quote::{bounded, shown_path};
 use crate::io::text::{Lines, decode, excerpt};
-use crate::io::write::{thickness_file, vertex_code};
+use crate::io::write::{CREASE_CODE, thickness_file, vertex_code};
 use crate::mesh::weld_exact;
 use crate::surface::build::build;
 use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
@@ -230,12 +230,13 @@ fn marked(loaded: &LoadedMesh) -> MarkedMesh {
     }
     for &([a, b], kind) in &values.edges {
         let line = [
-            (VertexKind::Seam, Line::Seam),
-            (VertexKind::CopingBorder, Line::CopingBorder),
-            (VertexKind::FadingBorder, Line::FadingBorder),
+            (vertex_code(VertexKind::Seam), Line::Seam),
+            (vertex_code(VertexKind::CopingBorder), Line::CopingBorder),
+            (vertex_code(VertexKind::FadingBorder), Line::FadingBorder),
+            (CREASE_CODE, Line::Crease),
         ]
         .into_iter()
-        .find(|(of, _)| is(kind, *of));
+        .find(|(code, _)| kind == f64::from(*code));
         if let Some((_, line)) = line {
             mesh.lines.insert(edge(a, b), line);
         }

@@ -202,7 +202,7 @@ pub fn vertex_code(kind: VertexKind) -> u8 {
 
 /// Number for an edge on a crease in PLY and VTU; its vertices are those of a
 /// sheet.
-const CREASE_CODE: u8 = 5;
+pub const CREASE_CODE: u8 = 5;
 
 /// Number for a border kind in PLY and VTU; that of its vertices.
 fn border_code(kind: BorderKind) -> u8 {

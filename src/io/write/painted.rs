@@ -38,7 +38,9 @@ pub fn stage_deviation(
         values: deviation,
         colour: &|value| colour(value / full),
     };
-    stage(file, |out| write_mesh(mesh, &comment, Some(paint), out))
+    stage(file, |out| {
+        write_mesh(mesh, &comment, &[], Some(paint), out)
+    })
 }
 
 /// Colour of a value between -1 and 1; what is beyond has the colour there.

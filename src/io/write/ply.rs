@@ -2,6 +2,8 @@
 
 use std::io::{self, Write};
 
+use glam::DVec3;
+
 use super::{CREASE_CODE, border_code, vertex_code};
 use crate::mesh::TriMesh;
 use crate::surface::{MidSurface, VertexKind, segments};
@@ -16,10 +18,12 @@ pub(super) struct Paint<'a> {
     pub colour: &'a dyn Fn(f64) -> [u8; 3],
 }
 
-/// Writes a mesh, painted or not, under a comment of one line.
+/// Writes a mesh, painted or not, under a comment of one line; with normals if
+/// there are as many as vertices.
 pub(super) fn write_mesh(
     mesh: &TriMesh,
     comment: &str,
+    normals: &[DVec3],
     paint: Option<Paint>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
@@ -34,6 +38,15 @@ pub(super) fn write_mesh(
          property double z\n",
         mesh.positions.len()
     )?;
+    let normals = Some(normals).filter(|normals| normals.len() == mesh.positions.len());
+    if normals.is_some() {
+        write!(
+            out,
+            "property double nx\n\
+             property double ny\n\
+             property double nz\n"
+        )?;
+    }
     if let Some(Paint { name, .. }) = paint {
         write!(
             out,
@@ -52,6 +65,9 @@ pub(super) fn write_mesh(
     )?;
     for (i, p) in mesh.positions.iter().enumerate() {
         write_floats(&p.to_array(), out)?;
+        if let Some(normals) = normals {
+            write_floats(&normals[i].to_array(), out)?;
+        }
         if let Some(Paint { values, colour, .. }) = &paint {
             write_floats(&[values[i]], out)?;
             out.write_all(&colour(values[i]))?;

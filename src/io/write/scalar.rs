@@ -42,7 +42,9 @@ pub fn stage_scalars(mesh: &TriMesh, scalars: Scalars, file: &Path) -> Result<St
                 values: scalars.values,
                 colour: &|value| colour(value, scalars.range),
             };
-            stage(file, |out| write_mesh(mesh, &comment, Some(paint), out))
+            stage(file, |out| {
+                write_mesh(mesh, &comment, &[], Some(paint), out)
+            })
         }
         Some("vtu") => stage(file, |out| write_vtu(mesh, scalars, out)),
         _ => Err(WriteError::UnknownFormat {

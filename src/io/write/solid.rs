@@ -3,6 +3,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use glam::DVec3;
+
 use super::ply::{self, Paint};
 use super::{Staged, WriteError, check_finite, stage, stl};
 use crate::mesh::TriMesh;
@@ -43,13 +45,15 @@ impl SolidFormat {
     }
 }
 
-/// A number at every vertex, to look at.
+/// A number at every vertex, to look at, and normals to look at it by.
 #[derive(Clone, Copy, Debug)]
 pub struct Shade<'a> {
     /// Name of the PLY property.
     pub name: &'static str,
     /// By vertex; shown if there are as many as vertices.
     pub values: &'a [f64],
+    /// Unit normals by vertex; written if there are as many as vertices.
+    pub normals: &'a [DVec3],
 }
 
 /// Writes a solid in the format of the file's suffix to a place beside its
@@ -112,12 +116,13 @@ fn write_ply(mesh: &TriMesh, shade: Option<Shade>, out: &mut dyn Write) -> io::R
         let share = (value - low) / (high - low);
         colour(if share.is_finite() { share } else { 1.0 })
     };
-    let paint = shade.map(|Shade { name, values }| Paint {
+    let paint = shade.map(|Shade { name, values, .. }| Paint {
         name,
         values,
         colour: &colour,
     });
-    ply::write_mesh(mesh, "solid", paint, out)
+    let normals = shade.map_or(&[][..], |s| s.normals);
+    ply::write_mesh(mesh, "solid", normals, paint, out)
 }
 
 /// Red, yellow, green, cyan, blue, for 0 to 1.

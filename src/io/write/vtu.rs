@@ -6,6 +6,8 @@
 //! | array | on | value |
 //! | --- | --- | --- |
 //! | `thickness` | points | distance between footpoints, part units |
+//! | `radius` | points | radius of the ball that touches the nearest walls |
+//! | `foot_1`, `foot_2` | points | way to a footpoint on either wall, if both are known; their difference is normal to the sheet |
 //! | `kind` | points | 0 sheet, 1 seam, 2 junction, 3 coping border, 4 fading border |
 //! | `sheet` | cells | sheet of a triangle or border; -1 on seams |
 //! | `kind` | cells | 0 triangle, 1 seam, 3 coping border, 4 fading border |
@@ -15,8 +17,10 @@
 
 use std::io::{self, Write};
 
+use glam::DVec3;
+
 use super::{CREASE_CODE, border_code, vertex_code};
-use crate::surface::{MidSurface, VertexKind, segments};
+use crate::surface::{MidSurface, MidVertex, VertexKind, segments};
 
 /// VTK's number for a two-node line.
 const VTK_LINE: u8 = 3;
@@ -90,6 +94,11 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
         .iter()
         .flat_map(|vertex| vertex.ball.thickness.to_le_bytes())
         .collect();
+    let radius: Vec<u8> = vertices
+        .iter()
+        .flat_map(|vertex| vertex.ball.radius.to_le_bytes())
+        .collect();
+    let feet = [0, 1].map(|n| ways(vertices, n));
     let kinds: Vec<u8> = vertices
         .iter()
         .map(|vertex| vertex_code(vertex.kind))
@@ -107,6 +116,10 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
     writeln!(out, "<PointData Scalars=\"thickness\">")?;
     array(out, "Float64", "thickness", 1, &thickness)?;
     array(out, "UInt8", "kind", 1, &kinds)?;
+    array(out, "Float64", "radius", 1, &radius)?;
+    for (name, ways) in ["foot_1", "foot_2"].into_iter().zip(&feet) {
+        array(out, "Float64", name, 3, ways)?;
+    }
     writeln!(out, "</PointData>\n<CellData Scalars=\"sheet\">")?;
     array(out, "Int32", "sheet", 1, &cells.sheet)?;
     array(out, "UInt8", "kind", 1, &cells.kind)?;
@@ -118,6 +131,17 @@ pub(super) fn write(surface: &MidSurface, out: &mut dyn Write) -> io::Result<()>
     array(out, "Int64", "offsets", 1, &cells.offsets)?;
     array(out, "UInt8", "types", 1, &cells.types)?;
     writeln!(out, "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
+}
+
+/// Way from each vertex to a footpoint of two; zero where they are not known, or
+/// a third wall ties.
+fn ways(vertices: &[MidVertex], foot: usize) -> Vec<u8> {
+    let way = |v: &MidVertex| match v.ball.footpoints.len() {
+        2 => v.ball.footpoints[foot] - v.position,
+        _ => DVec3::ZERO,
+    };
+    let ways = vertices.iter().flat_map(|v| way(v).to_array());
+    ways.flat_map(f64::to_le_bytes).collect()
 }
 
 pub(super) fn array(

@@ -2,11 +2,12 @@
 //!
 //! Always, because it moves nothing or no more than single precision does:
 //! equal vertices are merged where the mesh is open, and those apart by noise if
-//! that closes it; vertices that lie on open edges split them; triangles given
-//! twice go; neighbours are turned to agree, and shells to what their nesting
-//! makes of them. On request ([`PartOptions::repair`]), because it guesses: gaps
-//! a little wider are welded, folded pairs of triangles go, small flat holes are
-//! filled, fans that hang together in a vertex alone get vertices of their own.
+//! that closes it; vertices that lie on open edges split them; neighbours are
+//! turned to agree, and shells to what their nesting makes of them. On request
+//! ([`PartOptions::repair`]), because it guesses or leaves triangles out: gaps a
+//! little wider are welded, triangles given twice and folded pairs go, small flat
+//! holes are filled, fans that hang together in a vertex alone get vertices of
+//! their own.
 //!
 //! Every step says what it did and where ([`Repair`]); one that leaves as much
 //! wrong as before is not taken.
@@ -28,6 +29,7 @@ use super::{PartOptions, TriMesh};
 
 pub(super) use gaps::closing_weld;
 pub(super) use orient::report;
+pub(crate) use stitch::close_exactly as close_t_junctions;
 
 /// Times that all steps are gone through at most.
 const ROUNDS: usize = 4;
@@ -160,10 +162,8 @@ fn round(
     if options.weld.is_some() || faults.open > 0 {
         repairs.extend(gaps::weld(&mut work.mesh, options)?);
     }
-    if faults.all() > 0 {
-        repairs.extend(doubled::drop_repeated(work));
-    }
     if options.repair {
+        repairs.extend(doubled::drop_repeated(work));
         repairs.extend(doubled::drop_folded(work));
     }
     if faults.open > 0 {

@@ -18,7 +18,7 @@ const PASSES: usize = 3;
 /// their triangle at these. Vertices beside the edge by no more than the noise of
 /// single precision count if that closes the mesh, or if `all` is asked for.
 pub(super) fn close_t_junctions(work: &mut Work, all: bool) -> Option<Repair> {
-    let first = pass(work, &|_, far| ROUNDINGS * f64::EPSILON * far);
+    let first = pass(work, &rounding);
     if Faults::of(&work.mesh).open == 0 {
         return first;
     }
@@ -38,6 +38,27 @@ pub(super) fn close_t_junctions(work: &mut Work, all: bool) -> Option<Repair> {
         }
         _ => first,
     }
+}
+
+/// Splits triangles where vertices of others lie on their open edges, to rounding;
+/// pieces stand behind their triangle. How many edges were split.
+pub(crate) fn close_exactly(mesh: &mut TriMesh) -> usize {
+    let mut work = Work {
+        origin: (0..mesh.triangles.len() as u32).collect(),
+        mesh: std::mem::take(mesh),
+        unchecked: None,
+    };
+    let repair = pass(&mut work, &rounding);
+    *mesh = work.mesh;
+    match repair.map(|repair| repair.what) {
+        Some(PartWarning::Stitched { edges, .. }) => edges,
+        _ => 0,
+    }
+}
+
+/// A slack of some roundings.
+fn rounding(_: f64, far: f64) -> f64 {
+    ROUNDINGS * f64::EPSILON * far
 }
 
 /// Two rounds told as one.

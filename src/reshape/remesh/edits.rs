@@ -74,22 +74,37 @@ impl Remesher<'_> {
     }
 
     fn split(&mut self, a: u32, b: u32) {
-        let line = (self.complex.class(a, b)).and_then(|_| self.lines.of_edge(a, b));
         let (vertex, chord) = self.halfway(a, b);
-        let place = line.map_or(0.0, |line| {
+        let new = self.complex.split(a, b, vertex.at);
+        self.note_middle([a, b], new, vertex, chord);
+        self.edits.split += 1;
+    }
+
+    /// Notes the new vertex at the middle of an edge.
+    pub(super) fn note_middle(
+        &mut self,
+        [a, b]: [u32; 2],
+        new: u32,
+        vertex: MarkedVertex,
+        chord: bool,
+    ) {
+        let size = 0.5 * (self.size[a as usize] + self.size[b as usize]);
+        let place = self.lines.of_edge(a, b).map_or(0.0, |line| {
             let [s, t] = self.lines.span(&self.complex, line, a, b);
             0.5 * (s + t)
         });
-        let new = self.complex.split(a, b, vertex.at);
         self.lines.split(a, b, new, place);
+        self.note_vertex(new, vertex, chord, size);
+    }
+
+    /// Notes a new vertex of a sheet or line.
+    pub(super) fn note_vertex(&mut self, new: u32, vertex: MarkedVertex, chord: bool, size: f64) {
         self.vertices.push(vertex);
         self.chord.push(chord);
         self.straight.push(None);
         self.normals.push(DVec3::ZERO);
-        self.note_normal(new);
-        let size = 0.5 * (self.size[a as usize] + self.size[b as usize]);
         self.size.push(size);
-        self.edits.split += 1;
+        self.note_normal(new);
     }
 
     /// The point halfway along an edge, of its line or sheet, and whether it
@@ -119,7 +134,7 @@ impl Remesher<'_> {
             hints.extend_from_slice(&self.vertices[c as usize].walls);
         }
         let reach = 0.3 * self.length(a, b);
-        let found = self.projector.on_sheet(guess, &hints, reach);
+        let found = self.ground.on_sheet(guess, &hints, reach);
         let turns_none = |v: &MarkedVertex| {
             (self.complex.wings(a, b).into_iter().flatten()).all(|(t, c)| {
                 let Some(corners) = self.complex.corners(t) else {

@@ -6,7 +6,7 @@
 //! 2004). We deviate in this: seams, borders and creases are divided once and
 //! shared by all their sheets, so the result conforms; every vertex is put back
 //! onto the exact mid-surface by its footpoints ([`project`](super::project)),
-//! not onto the mesh given; and an edit must keep the topology, the direction
+//! not onto the mesh given, wherever the part is known; and an edit must keep the topology, the direction
 //! of each triangle and, within [`Settings::sag`], the place of the surface.
 //!
 //! # What is promised
@@ -21,6 +21,7 @@
 //!   together than [`Settings::grading`] can make up for.
 
 mod edits;
+mod halve;
 mod quads;
 mod relax;
 mod straight;
@@ -29,8 +30,8 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::complex::{Complex, Rank};
+use super::ground::Ground;
 use super::lines::Lines;
-use super::project::Projector;
 use super::shape::Shape;
 use super::size::sizes;
 pub use super::size::{Junctions, Settings};
@@ -84,27 +85,37 @@ const LEANING: f64 = 0.5;
 const CORNER_WIDTH: f64 = 0.1;
 
 /// Remeshes towards an element size.
-pub fn remesh(mesh: &MarkedMesh, projector: &Projector, settings: &Settings) -> Meshed {
-    let mut remesher = Remesher::new(mesh, projector, settings);
+pub(crate) fn remesh(mesh: &MarkedMesh, ground: &dyn Ground, settings: &Settings) -> Meshed {
+    // Quadrilaterals come of halving.
+    let first = match settings.quads {
+        true => settings.coarse(),
+        false => *settings,
+    };
+    let mut remesher = Remesher::new(mesh, ground, &first);
     for _ in 0..ROUNDS {
         remesher.contract_short();
         remesher.split_long();
         remesher.flip_poor();
         remesher.relax();
     }
-    if settings.junctions == Junctions::Straight {
-        remesher.straighten();
+    let straight = settings.junctions == Junctions::Straight;
+    if straight && !settings.quads {
+        remesher.straighten(&|this| {
+            this.contract_poor();
+            this.flip_poor();
+            this.relax();
+        });
     }
     for _ in 0..POLISH {
+        remesher.approach(1.0);
         remesher.contract_poor();
         remesher.flip_poor();
         remesher.relax();
         remesher.nudge_poor();
     }
-    let quads = if settings.quads {
-        remesher.pair()
-    } else {
-        Vec::new()
+    let quads = match settings.quads {
+        true => remesher.quadrilaterals(straight),
+        false => Vec::new(),
     };
     let middles = remesher.middles();
     let balls = remesher.straight_balls();
@@ -132,32 +143,35 @@ struct Remesher<'a> {
     lines: Lines,
     /// The wall carried on to a vertex, once junctions are straight.
     straight: Vec<Option<Support>>,
+    /// Where vertices go for that.
+    targets: Vec<(u32, DVec3)>,
     /// Whether lines stay where they are.
     frozen: bool,
-    projector: &'a Projector<'a>,
+    ground: &'a dyn Ground,
     sag: f64,
     edits: Edits,
 }
 
 impl<'a> Remesher<'a> {
-    fn new(mesh: &MarkedMesh, projector: &'a Projector, settings: &Settings) -> Remesher<'a> {
+    fn new(mesh: &MarkedMesh, ground: &'a dyn Ground, settings: &Settings) -> Remesher<'a> {
         let mut complex = Complex::new(mesh);
         let angle = CORNER.to_radians();
         for v in Lines::new(&complex, &mesh.vertices).corners(CORNER_WIDTH * settings.size, angle) {
             complex.pin(v);
         }
         let lines = Lines::new(&complex, &mesh.vertices);
-        let size = sizes(&complex, &mesh.vertices, &lines, projector, settings);
+        let size = sizes(&complex, &mesh.vertices, &lines, ground, settings);
         let mut remesher = Remesher {
             vertices: mesh.vertices.clone(),
             normals: vec![DVec3::ZERO; mesh.vertices.len()],
             chord: vec![false; mesh.vertices.len()],
             straight: vec![None; mesh.vertices.len()],
+            targets: Vec::new(),
             frozen: false,
             size,
             lines,
             complex,
-            projector,
+            ground,
             sag: settings.sag,
             edits: Edits::default(),
         };
@@ -174,11 +188,12 @@ impl<'a> Remesher<'a> {
             self.normals[v as usize] = support.normal;
             return;
         }
-        self.normals[v as usize] = match vertex.walls.as_slice() {
-            &[a, b] if self.complex.rank(v) == Rank::Inner => {
-                self.projector.normal(vertex.at, a, b)
-            }
-            _ => DVec3::ZERO,
+        // Where three walls tie, the sheet bends.
+        let plain = vertex.walls.len() <= 2 && self.complex.rank(v) == Rank::Inner;
+        self.normals[v as usize] = if plain {
+            self.ground.normal(vertex)
+        } else {
+            DVec3::ZERO
         };
     }
 
@@ -228,6 +243,6 @@ impl<'a> Remesher<'a> {
     /// The point of a line at a place, and whether it is on a chord only.
     fn line_point(&self, line: u32, place: f64) -> (MarkedVertex, bool) {
         let course = self.lines.course(line);
-        course.point(place, self.projector)
+        course.point(place, self.ground)
     }
 }

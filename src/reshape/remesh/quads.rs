@@ -1,11 +1,12 @@
-//! Quadrilaterals: pairs of triangles without the edge between them.
+//! Quadrilaterals: which triangles pair, and better shapes for what comes of it.
 //!
 //! Which triangles pair is a matching among the pairs that make a good
 //! quadrilateral (Remacle and others, "Blossom-Quad", 2012), grown by
 //! augmenting paths of bounded length: unlike the maximum matching there, it
-//! takes time in proportion to the mesh. Then vertices move so that corners
-//! come nearer to right angles. The halves stay in the mesh: whoever takes no
-//! quadrilaterals takes them.
+//! takes time in proportion to the mesh. All is then cut up to quadrilaterals
+//! ([`halve`](super::halve)), and vertices move so that corners come nearer to
+//! right angles. The halves stay in the mesh: whoever takes no quadrilaterals
+//! takes them.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,18 +16,39 @@ use super::Remesher;
 use super::relax::Move;
 use crate::reshape::complex::Rank;
 
-/// Scaled Jacobian that a pair must have; half is what solvers ask for.
-const LEAST: f64 = 0.52;
+/// What a pair of triangles must be as a quadrilateral.
+#[derive(Clone, Copy)]
+pub(super) struct Pairing {
+    /// Scaled Jacobian that it must have.
+    pub(super) least: f64,
+    /// Most that it may bend over either diagonal, degrees.
+    pub(super) warp: f64,
+}
 
-/// A quadrilateral bends by less over either diagonal, degrees; ten is what
-/// solvers ask for.
-const WARP: f64 = 9.8;
+/// What solvers ask for is a scaled Jacobian of a half and a bend of ten degrees.
+const SOLVABLE: Pairing = Pairing {
+    least: 0.5,
+    warp: 10.0,
+};
 
 /// Rounds of moving vertices.
 const ROUNDS: usize = 8;
 
-/// A move may lower the worst scaled Jacobian down to this.
+/// Rounds of searching better places for the corners of poor ones after that.
+const POLISH: usize = 4;
+
+/// A move may lower the worst quality down to this.
 const FREE: f64 = 0.8;
+
+/// Quadrilaterals of a lower quality are poor.
+const POOR: f64 = 0.6;
+
+/// Steps of that search, against the size wanted.
+const STEPS: [f64; 4] = [0.2, 0.1, 0.05, 0.02];
+
+/// No half of a quadrilateral gets a sine of its least angle below this: that of
+/// 17 degrees.
+const FLATTEST: f64 = 0.3;
 
 /// Pairs that may change partners to let one more pair in. A maximum matching
 /// would search farther for next to nothing.
@@ -62,12 +84,18 @@ fn warp(p: [DVec3; 4]) -> f64 {
     if worst.is_finite() { worst } else { 180.0 }
 }
 
+/// One for a square, a half where the scaled Jacobian or the bend is as bad as
+/// solvers take.
+fn quality(p: [DVec3; 4]) -> f64 {
+    jacobian(p).min(1.0 - 0.5 * warp(p) / SOLVABLE.warp)
+}
+
 /// What makes a triangle half of a quadrilateral: its other half, and the
 /// corners of both.
-type Half = (u32, [u32; 4]);
+pub(super) type Half = (u32, [u32; 4]);
 
 /// The other half of each triangle that has one.
-type Halves = Vec<Option<Half>>;
+pub(super) type Halves = Vec<Option<Half>>;
 
 /// A matching that grows.
 struct Matching {
@@ -119,45 +147,38 @@ impl Matching {
 }
 
 impl Remesher<'_> {
-    /// Pairs triangles and betters the pairs' shapes. Each pair is given once,
-    /// lower triangle first, by the numbers of the finished mesh.
-    pub(super) fn pair(&mut self) -> Vec<[u32; 2]> {
-        let mut halves = self.matched();
+    /// Cuts all up to quadrilaterals, betters their shapes, and pairs the
+    /// triangles of those that are good, lower triangle first, by the numbers of
+    /// the finished mesh.
+    pub(super) fn quadrilaterals(&mut self, straight: bool) -> Vec<[u32; 2]> {
+        let quads = self.halve();
+        if straight {
+            self.straighten(&|this| this.relax_quads(&quads));
+        }
         for _ in 0..ROUNDS {
-            self.relax_quads(&halves);
+            self.relax_quads(&quads);
         }
-        // What has been bent or skewed beyond the bounds is parted again.
-        for t in 0..halves.len() {
-            if let Some((other, quad)) = halves[t]
-                && !self.is_good(quad)
-            {
-                halves[t] = None;
-                halves[other as usize] = None;
-            }
+        for _ in 0..POLISH {
+            self.approach(1.0);
+            self.nudge_quads(&quads);
+            self.relax_quads(&quads);
         }
-        let mut number = 0..;
-        let numbers: Vec<Option<u32>> = (0..self.complex.triangle_count() as u32)
-            .map(|t| self.complex.corners(t).and_then(|_| number.next()))
-            .collect();
-        let pairs = halves.iter().enumerate();
-        pairs
-            .filter_map(|(t, half)| {
-                let (other, _) = (*half)?;
-                let pair = [numbers[t]?, numbers[other as usize]?];
-                (pair[0] < pair[1]).then_some(pair)
-            })
-            .collect()
+        self.cut_to_quads(&quads);
+        let good = |&(_, &quad): &(u32, &[u32; 4])| self.makes(quad, SOLVABLE);
+        let pairs = (0..).zip(&quads).filter(good);
+        pairs.map(|(n, _)| [2 * n, 2 * n + 1]).collect()
     }
 
-    fn is_good(&self, quad: [u32; 4]) -> bool {
+    /// Whether four vertices make a quadrilateral that is wanted.
+    fn makes(&self, quad: [u32; 4], wanted: Pairing) -> bool {
         let p = quad.map(|v| self.complex.at(v));
-        jacobian(p) >= LEAST && warp(p) <= WARP
+        jacobian(p) >= wanted.least && warp(p) <= wanted.warp
     }
 
     /// Pairs triangles, those of the best shape first, then along paths on
     /// which pairs and other good neighbours alternate: such a path between two
     /// lone triangles gives one pair more.
-    fn matched(&self) -> Halves {
+    pub(super) fn matched(&self, pairing: Pairing) -> Halves {
         let count = self.complex.triangle_count();
         let mut wanted: Vec<(f64, u32, u32, [u32; 4])> = Vec::new();
         for (a, b) in self.complex.edges() {
@@ -166,7 +187,7 @@ impl Remesher<'_> {
             };
             // Both triangles run the same way round the quadrilateral.
             let quad = corners([a, b], c, d);
-            if self.is_good(quad) {
+            if self.makes(quad, pairing) {
                 let quality = jacobian(quad.map(|v| self.complex.at(v)));
                 wanted.push((quality, s, t, quad));
             }
@@ -193,49 +214,74 @@ impl Remesher<'_> {
         matching.halves
     }
 
-    /// Moves vertices towards the middle of the elements round them.
-    fn relax_quads(&mut self, halves: &Halves) {
+    /// The worst quality of the quadrilaterals at a vertex if it lay at `to`.
+    fn worst_quad(&self, v: u32, to: DVec3, quads: &[[u32; 4]]) -> f64 {
+        let at = |w: u32| if w == v { to } else { self.complex.at(w) };
+        let around = self.complex.around(v).iter();
+        let qualities = around.map(|&t| quality(quads[t as usize / 2].map(at)));
+        qualities.fold(1.0, f64::min)
+    }
+
+    /// Moves vertices towards the middle of the quadrilaterals round them, two
+    /// triangles of the mesh each.
+    fn relax_quads(&mut self, quads: &[[u32; 4]]) {
         let this = &*self;
         let moves: Vec<Option<Move>> = (0..self.vertices.len() as u32)
             .into_par_iter()
             .map(|v| match this.complex.rank(v) {
-                Rank::Inner => this.on_sheet(v, this.quad_centre(v, halves)?),
+                Rank::Inner => this.on_sheet(v, this.quad_centre(v, quads)?),
                 Rank::Line => this.relaxed_on_line(v),
                 Rank::Corner => None,
             })
             .collect();
-        for (v, found) in moves.into_iter().enumerate() {
+        for (v, found) in (0..).zip(moves) {
             let Some(found) = found else { continue };
-            let v = v as u32;
-            let to = found.vertex.at;
-            let at = |w: u32| if w == v { to } else { self.complex.at(w) };
-            let worst = |at: &dyn Fn(u32) -> DVec3| {
-                let around = self.complex.around(v).iter();
-                let quads = around.filter_map(|&t| halves[t as usize].map(|h| h.1));
-                let good = |p: [DVec3; 4]| if warp(p) <= WARP { jacobian(p) } else { 0.0 };
-                quads.map(|q| good(q.map(at))).fold(1.0, f64::min)
-            };
-            let (old, new) = (worst(&|w| self.complex.at(w)), worst(&at));
-            if new >= old.min(FREE) {
-                // Halves of a square have angles of 45 degrees.
-                self.try_move(v, found, |new, old| new >= old.min(super::edits::POOR));
+            let old = self.worst_quad(v, self.complex.at(v), quads);
+            if self.worst_quad(v, found.vertex.at, quads) >= old.min(FREE) {
+                self.try_move(v, found, |new, old| new >= old.min(FLATTEST));
             }
         }
     }
 
-    /// Middle of the neighbours across the sides of elements, not across the
-    /// edges inside quadrilaterals.
-    fn quad_centre(&self, v: u32, halves: &Halves) -> Option<DVec3> {
+    /// Middle of the neighbours across the sides of quadrilaterals, not across
+    /// their diagonals.
+    fn quad_centre(&self, v: u32, quads: &[[u32; 4]]) -> Option<DVec3> {
         let mut sides: SmallVec<[u32; 16]> = self.neighbours(v);
         for &t in self.complex.around(v) {
-            if let Some((_, quad)) = halves[t as usize]
-                && let Some(k) = quad.iter().position(|&w| w == v)
-            {
+            let quad = quads[t as usize / 2];
+            if let Some(k) = quad.iter().position(|&w| w == v) {
                 sides.retain(|w| *w != quad[(k + 2) % 4]);
             }
         }
         let sum: DVec3 = sides.iter().map(|&w| self.complex.at(w)).sum();
         (!sides.is_empty()).then(|| sum / sides.len() as f64)
+    }
+
+    /// Searches better places for the corners of poor quadrilaterals.
+    fn nudge_quads(&mut self, quads: &[[u32; 4]]) {
+        for &quad in quads {
+            if quality(quad.map(|v| self.complex.at(v))) < POOR {
+                for v in quad {
+                    self.nudge_corner(v, quads);
+                }
+            }
+        }
+    }
+
+    fn nudge_corner(&mut self, v: u32, quads: &[[u32; 4]]) {
+        for share in STEPS {
+            let old = self.worst_quad(v, self.complex.at(v), quads);
+            let options = self.options(v, share * self.size[v as usize], &|to| {
+                self.worst_quad(v, to, quads) > old
+            });
+            let best = (options.into_iter())
+                .map(|m| (self.worst_quad(v, m.vertex.at, quads), m))
+                .filter(|(new, _)| *new > 1.001 * old)
+                .max_by(|p, q| p.0.total_cmp(&q.0));
+            if let Some((_, to)) = best {
+                self.try_move(v, to, |new, old| new >= old.min(FLATTEST));
+            }
+        }
     }
 
     /// Middles of all edges but those inside quadrilaterals, on their lines and

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
 use super::Remesher;
 use super::edits::POOR;
@@ -131,16 +132,13 @@ impl Remesher<'_> {
                 place,
             });
         }
-        let mut guess = to;
-        if let &[a, b, ..] = here.walls.as_slice() {
-            let normal = self.projector.normal(here.at, a, b);
-            guess -= normal * normal.dot(to - here.at);
-        }
+        let normal = self.ground.normal(here);
+        let guess = to - normal * normal.dot(to - here.at);
         let size = self.size[v as usize];
         if guess.distance(here.at) <= STILL * size {
             return None;
         }
-        let vertex = self.projector.on_sheet(guess, &here.walls, REACH * size)?;
+        let vertex = self.ground.on_sheet(guess, &here.walls, REACH * size)?;
         let (chord, place) = (false, None);
         Some(Move {
             vertex,
@@ -168,22 +166,11 @@ impl Remesher<'_> {
     fn nudge(&mut self, v: u32) {
         const STEPS: [f64; 4] = [0.2, 0.1, 0.05, 0.02];
         for share in STEPS {
-            let step = share * self.size[v as usize];
-            let options: Vec<Option<Move>> = match self.complex.rank(v) {
-                Rank::Corner => return,
-                Rank::Line if self.frozen => return,
-                Rank::Line => {
-                    let Some((line, [a, _])) = self.line_at(v) else {
-                        return;
-                    };
-                    let place = self.lines.span(&self.complex, line, v, a)[0];
-                    [place - step, place + step]
-                        .map(|p| self.on_line(v, line, p))
-                        .into()
-                }
-                Rank::Inner => self.directions(v).map(|d| self.nudged(v, step * d)).into(),
-            };
-            let best = (options.into_iter().flatten())
+            let worst = self.complex.worst_around(v);
+            let options = self.options(v, share * self.size[v as usize], &|to| {
+                self.complex.moved(v, to).is_some_and(|new| new > worst)
+            });
+            let best = (options.into_iter())
                 .filter_map(|m| Some((self.complex.moved(v, m.vertex.at)?, m)))
                 .max_by(|p, q| p.0.total_cmp(&q.0));
             if let Some((_, to)) = best {
@@ -194,11 +181,7 @@ impl Remesher<'_> {
 
     /// Eight directions in the tangent plane of a vertex.
     fn directions(&self, v: u32) -> [DVec3; 8] {
-        let here = &self.vertices[v as usize];
-        let normal = match here.walls.as_slice() {
-            &[a, b, ..] => self.projector.normal(here.at, a, b),
-            _ => DVec3::ZERO,
-        };
+        let normal = self.ground.normal(&self.vertices[v as usize]);
         let normal = if normal == DVec3::ZERO {
             DVec3::Z
         } else {
@@ -211,11 +194,31 @@ impl Remesher<'_> {
         })
     }
 
-    /// A vertex moved a little, if that betters the worst angle before it is
-    /// put back onto the surface: most tries end here, at little cost.
-    fn nudged(&self, v: u32, by: DVec3) -> Option<Move> {
-        let to = self.complex.at(v) + by;
-        let hopeful = self.complex.moved(v, to)? > self.complex.worst_around(v);
-        hopeful.then(|| self.on_sheet(v, to)).flatten()
+    /// Places a step away from a vertex, along its line or in its sheet; only
+    /// those that are hopeful before they are put back onto the surface: most end
+    /// there, at little cost.
+    pub(super) fn options(
+        &self,
+        v: u32,
+        step: f64,
+        hopeful: &dyn Fn(DVec3) -> bool,
+    ) -> SmallVec<[Move; 8]> {
+        match self.complex.rank(v) {
+            Rank::Corner => SmallVec::new(),
+            Rank::Line if self.frozen => SmallVec::new(),
+            Rank::Line => {
+                let Some((line, [a, _])) = self.line_at(v) else {
+                    return SmallVec::new();
+                };
+                let place = self.lines.span(&self.complex, line, v, a)[0];
+                let places = [place - step, place + step].into_iter();
+                places.filter_map(|p| self.on_line(v, line, p)).collect()
+            }
+            Rank::Inner => {
+                let places = self.directions(v).map(|d| self.complex.at(v) + step * d);
+                let places = places.into_iter().filter(|&to| hopeful(to));
+                places.filter_map(|to| self.on_sheet(v, to)).collect()
+            }
+        }
     }
 }

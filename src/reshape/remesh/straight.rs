@@ -21,7 +21,7 @@ use super::Remesher;
 use crate::mesh::FaceId;
 use crate::reshape::complex::Rank;
 use crate::surface::Ball;
-use crate::surface::marked::Line;
+use crate::surface::marked::{Line, MarkedVertex};
 
 /// Object angles within this of the greatest usual of their patch are
 /// undisturbed, degrees.
@@ -42,6 +42,9 @@ const ON_COPING: f64 = 100.0;
 
 /// Steps in which vertices go to their places, the rest of the mesh giving way.
 const STEPS: usize = 6;
+
+/// On the way no angle falls below one with this sine, 15 degrees.
+const LEAST: f64 = 0.26;
 
 /// A wall's mid-surface near a vertex, carried on from where it is undisturbed.
 #[derive(Clone, Copy, Debug)]
@@ -74,8 +77,9 @@ struct Patches {
 }
 
 impl Remesher<'_> {
-    /// Moves disturbed vertices onto the mid-surfaces of their walls.
-    pub(super) fn straighten(&mut self) {
+    /// Moves disturbed vertices onto the mid-surfaces of their walls, the rest of
+    /// the mesh giving way.
+    pub(super) fn straighten(&mut self, give_way: &dyn Fn(&mut Self)) {
         let patches = self.patches();
         let supports = self.supports(&patches);
         let mut at_vertex: Vec<SmallVec<[Option<Support>; 3]>> =
@@ -84,7 +88,6 @@ impl Remesher<'_> {
             at_vertex[v as usize].push(*support);
         }
         let ends = self.rib_ends(&at_vertex);
-        let mut targets: Vec<(u32, DVec3)> = Vec::new();
         for v in 0..self.vertices.len() as u32 {
             let here = &at_vertex[v as usize];
             let known: Option<SmallVec<[Support; 3]>> = here.iter().copied().collect();
@@ -95,7 +98,7 @@ impl Remesher<'_> {
                 .chain(ends.get(&v).copied())
                 .collect();
             if let Some(to) = self.target(v, &known, &copings) {
-                targets.push((v, to));
+                self.targets.push((v, to));
             }
             if known.iter().any(|s| !s.own) {
                 self.straight[v as usize] = widest(&known);
@@ -104,22 +107,27 @@ impl Remesher<'_> {
         }
         self.frozen = true;
         for step in 0..STEPS {
-            for &(v, to) in &targets {
-                let here = self.complex.at(v);
-                let next = here.lerp(to, 1.0 / (STEPS - step) as f64);
-                let old = self.complex.worst_around(v);
-                let fits = self.complex.moved(v, next);
-                if fits.is_some_and(|sine| sine >= (0.5 * old).min(0.2)) {
-                    let moved = self.vertices[v as usize].clone();
-                    self.settle(
-                        v,
-                        crate::surface::marked::MarkedVertex { at: next, ..moved },
-                        false,
-                    );
-                }
+            self.approach(1.0 / (STEPS - step) as f64);
+            give_way(self);
+        }
+    }
+
+    /// Moves disturbed vertices a share of the way that is left to their places,
+    /// where that leaves good triangles.
+    pub(super) fn approach(&mut self, share: f64) {
+        for n in 0..self.targets.len() {
+            let (v, to) = self.targets[n];
+            let here = self.complex.at(v);
+            if here == to || self.complex.around(v).is_empty() {
+                continue;
             }
-            self.relax();
-            self.flip_poor();
+            let at = here.lerp(to, share);
+            let old = self.complex.worst_around(v);
+            let fits = self.complex.moved(v, at);
+            if fits.is_some_and(|sine| sine >= old.min(LEAST)) {
+                let moved = self.vertices[v as usize].clone();
+                self.settle(v, MarkedVertex { at, ..moved }, false);
+            }
         }
     }
 
@@ -185,10 +193,10 @@ impl Remesher<'_> {
         let &[a, b] = vertex.walls.as_slice() else {
             return None;
         };
-        let field = self.projector.walls().field();
+        let field = self.ground.walls()?.field();
         let [p, q] = [a, b].map(|f| field.footpoint_on(vertex.at, f).point);
         let angle = (p - vertex.at).angle_between(q - vertex.at).to_degrees();
-        let normal = self.projector.normal(vertex.at, a, b);
+        let normal = self.ground.normal(vertex);
         let known = angle.is_finite() && normal != DVec3::ZERO && !self.chord[v as usize];
         known.then_some((angle, p.distance(q), normal))
     }
@@ -283,7 +291,7 @@ impl Remesher<'_> {
     /// way; `None` if it is there.
     fn target(&self, v: u32, supports: &[Support], copings: &[FaceId]) -> Option<DVec3> {
         let at = self.complex.at(v);
-        let field = self.projector.walls().field();
+        let field = self.ground.walls()?.field();
         let mut matrix = Matrix3::<f64>::zeros();
         let mut rest = Vector3::<f64>::zeros();
         let mut add = |normal: DVec3, through: DVec3, weight: f64| {

@@ -63,8 +63,8 @@ impl Work<'_, '_> {
             }
             taken[i] = true;
             taken[j] = true;
-            let fading = [i, j].iter().all(|&k| self.fades(open[k].0));
-            self.out.matched += u32::from(!fading);
+            let fading = [i, j].map(|k| self.fades(open[k].0));
+            self.out.matched += u32::from(fading != [true; 2]);
             if open[i].1 == open[j].1 {
                 self.bridges.push((open[i].0, open[j].0));
                 continue;
@@ -77,7 +77,8 @@ impl Work<'_, '_> {
             } else {
                 Line::FadingBorder
             };
-            self.out.torn += u32::from(!fading && line == Line::FadingBorder);
+            // From where it fades a border may run to a seam that its sheet leaves.
+            self.out.torn += u32::from(fading == [false; 2] && line == Line::FadingBorder);
             self.strands.push(Strand {
                 ports: [open[i].0, open[j].0],
                 vertices: [open[i].1, open[j].1],

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 
-use super::Tracer;
+use super::store::{Store, inner_vertex};
+use super::{BLOCK_BITS, Tracer};
 use crate::lattice::{Lattice, TetKey};
 use crate::settings::progress::Stop;
 use crate::surface::marked::Line;
@@ -21,15 +22,23 @@ fn walked<'a>(
 ) -> Tracer<'a> {
     let (low, high) = oracle.field.bounds();
     let lattice = Lattice::covering(low - shift * cell, high, cell).unwrap();
-    let mut tracer = Tracer::new(walls, lattice);
+    let mut tracer = Tracer::new(walls, lattice, BLOCK_BITS);
     tracer.run(&|_, _, _| (), &Stop::default()).unwrap();
     tracer
 }
 
 /// The two walls of a piece of a sheet: those at all its corners.
-fn walls_of(oracle: &Oracle, tracer: &Tracer, corners: &[VertexKey]) -> BTreeSet<u32> {
-    let at = |key: VertexKey| -> BTreeSet<u32> {
-        let vertex = tracer.vertex(key);
+fn walls_of(
+    oracle: &Oracle,
+    store: &mut Store,
+    tet: &TetSurface,
+    corners: &[VertexKey],
+) -> BTreeSet<u32> {
+    let mut at = |key: VertexKey| -> BTreeSet<u32> {
+        let vertex = match key {
+            VertexKey::Inner(_, n) => inner_vertex(&tet.inner[n as usize]),
+            _ => store.vertex(key).unwrap(),
+        };
         vertex.walls.iter().map(|&w| oracle.of(w)).collect()
     };
     (corners.iter().map(|&c| at(c)))
@@ -38,7 +47,7 @@ fn walls_of(oracle: &Oracle, tracer: &Tracer, corners: &[VertexKey]) -> BTreeSet
 }
 
 /// Every piece is a closed loop between two walls, and nothing was left open.
-fn check_loops(oracle: &Oracle, tracer: &Tracer, tet: &TetSurface) {
+fn check_loops(oracle: &Oracle, store: &mut Store, tet: &TetSurface) {
     assert!(
         tet.open.is_empty() && tet.matched == 0,
         "open at {:?}",
@@ -49,7 +58,7 @@ fn check_loops(oracle: &Oracle, tracer: &Tracer, tet: &TetSurface) {
         assert_eq!(polygon.corners.len(), polygon.lines.len());
         let distinct: BTreeSet<VertexKey> = polygon.corners.iter().copied().collect();
         assert_eq!(distinct.len(), polygon.corners.len(), "{polygon:?}");
-        let walls = walls_of(oracle, tracer, &polygon.corners);
+        let walls = walls_of(oracle, store, tet, &polygon.corners);
         assert!(walls.len() >= 2, "{walls:?} of {polygon:?}");
     }
     // Sides inside the tetrahedron: a seam takes three pieces or more, every
@@ -124,17 +133,19 @@ fn tetrahedra_agree_with_the_nearest_walls() {
         for cell in cells {
             let shift = dice.point(DVec3::ZERO, DVec3::ONE);
             let tracer = walked(&oracle, &walls, cell, shift);
-            let mut keys: Vec<&TetKey> = tracer.found.tets.keys().collect();
+            let mut keys: Vec<TetKey> = tracer.reached.values().flatten().copied().collect();
             keys.sort_unstable();
             assert!(!keys.is_empty());
-            for key in &keys {
-                check_loops(&oracle, &tracer, &tracer.found.tets[*key]);
+            let mut store = tracer.store();
+            for &key in &keys {
+                let tet = store.tet(key).unwrap();
+                check_loops(&oracle, &mut store, &tet);
             }
             // Sampling is slow: some thirty tetrahedra, evenly.
             for key in keys.iter().step_by(keys.len() / 30 + 1) {
-                let tet = &tracer.found.tets[*key];
+                let tet = store.tet(*key).unwrap();
                 let pieces: BTreeSet<u32> = (tet.polygons.iter())
-                    .flat_map(|p| walls_of(&oracle, &tracer, &p.corners))
+                    .flat_map(|p| walls_of(&oracle, &mut store, &tet, &p.corners))
                     .collect();
                 let corners = key.nodes().map(|n| tracer.lattice.position(n));
                 for pair in sampled_pairs(&oracle, corners) {
@@ -146,4 +157,42 @@ fn tetrahedra_agree_with_the_nearest_walls() {
             }
         }
     }
+}
+
+#[test]
+fn blocks_of_any_size_give_one_mesh() {
+    for (name, cell) in [("tee", 0.7), ("plate_round_edge", 0.9), ("bracket", 2.0)] {
+        let oracle = Oracle::new(name);
+        let walls = oracle.walls();
+        let (low, high) = oracle.field.bounds();
+        let lattice = Lattice::covering(low, high, cell).unwrap();
+        let mesh = |bits: u32| {
+            let mut tracer = Tracer::new(&walls, lattice, bits);
+            tracer.run(&|_, _, _| (), &Stop::default()).unwrap();
+            (
+                tracer.reached.len(),
+                tracer.counts().tetrahedra,
+                tracer.assemble(),
+            )
+        };
+        let (blocks, tets, whole) = mesh(12);
+        assert_eq!(blocks, 1);
+        for bits in [5, 4, 3, 1] {
+            let (blocks, again, pieced) = mesh(bits);
+            assert!(blocks > 1 || bits > 4, "{name} in {blocks} blocks");
+            assert_eq!(again, tets, "{name} by blocks of {}", 1 << bits);
+            assert_eq!(pieced.triangles, whole.triangles);
+            assert_eq!(pieced.lines, whole.lines);
+            for (a, b) in pieced.vertices.iter().zip(&whole.vertices) {
+                assert_eq!((a.at, &a.walls, a.coping), (b.at, &b.walls, b.coping));
+            }
+        }
+    }
+}
+
+#[test]
+fn less_memory_makes_smaller_blocks() {
+    let bits = [0, 1 << 20, 1 << 24, 1 << 28, 1 << 33, u64::MAX].map(super::block_bits);
+    assert!(bits.is_sorted());
+    assert_eq!((bits[0], bits[5]), (1, BLOCK_BITS));
 }
