@@ -702,6 +702,7 @@ pub(crate) fn save_solid(
         let shade = values.as_deref().map(|values| Shade {
             name: "thickness",
             values,
+            normals: &[],
         });
         SolidFormat::of(&file).map_err(unwritten)?;
         commit(stage_solid(&mesh, shade, &file).map_err(unwritten)?)

@@ -328,7 +328,7 @@ impl Surface {
 
     /// Figures, as the command's report has them, in JSON.
     fn report(&self) -> String {
-        let mut report = account(&self.result);
+        let mut report = account(&self.result.surface, &self.result.graph);
         report["closed_over"] = json!(self.result.closed_over);
         if self.input.is_some() {
             report["work"] = json!(self.result.work);
