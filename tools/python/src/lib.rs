@@ -27,7 +27,7 @@ mod _midsurf {
     #[pymodule_export]
     use super::solids::{hollow, offset, rethicken, roundtrip, save_solid, subdivide, thicken};
     #[pymodule_export]
-    use super::surface::{Surface, extract, read};
+    use super::surface::{Surface, extract, merge, read, shard};
 
     #[pymodule_export]
     #[allow(non_upper_case_globals)]

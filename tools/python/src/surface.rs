@@ -16,6 +16,7 @@ use midsurf::report::extraction::{account, warnings};
 use midsurf::reshape::ElementSettings;
 use midsurf::reshape::remesh::Junctions;
 use midsurf::settings::warning::Warning;
+use midsurf::shard::{Shard, ShardFileError, ShardOf};
 use midsurf::shell::{Faces, Order, ShellModel, ShellSettings, ThicknessFrom};
 use midsurf::surface::graph::SheetGraph;
 use midsurf::surface::listing::listing;
@@ -23,8 +24,11 @@ use midsurf::surface::{
     Ball, Border, BorderKind, Crease, MidSurface, MidTriangle, MidVertex, Seam, SurfaceParts,
     VertexKind,
 };
+use miette::Diagnostic;
 use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
+use pyo3::types::PyBytes;
 use serde_json::json;
 
 use crate::arrays::{self, Field, Rows, flat};
@@ -160,6 +164,85 @@ pub(crate) fn extract(
         Ok(Surface::of(result, input))
     })?
     .map_err(|fault: Fault| fault.raise(&ARGUMENTS))
+}
+
+/// Computes one shard of an extraction: which, of how many, counted from 1; its
+/// bytes.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn shard<'py>(
+    py: Python<'py>,
+    part: Source,
+    which: (u32, u32),
+    coping: Tagged,
+    cell: &str,
+    angle: f64,
+    keep_fins: bool,
+    allow_open: bool,
+    preparing: Preparing,
+    memory_limit: Option<&str>,
+    threads: Option<usize>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let settings = || {
+        let (index, count) = which;
+        let which = ShardOf::new(index, count).ok_or_else(|| {
+            let problem = format!("there is no shard {index} of {count}");
+            Fault::argument("which", problem)
+        })?;
+        let settings = Settings {
+            cell: given::cell("cell", cell)?,
+            min_angle: given::angle(angle)?,
+            keep_fins,
+            memory_limit: given::memory(memory_limit)?,
+            elements: None,
+        };
+        Ok((which, settings, given::reading(preparing)?))
+    };
+    let (which, settings, reading) = settings().map_err(|fault: Fault| fault.raise(&ARGUMENTS))?;
+    let bytes = run(py, threads, progress, |show, stop| {
+        show("reading", 0, 0);
+        let input = part.part(&coping.0, &reading, allow_open)?;
+        let refused = |error: &dyn Diagnostic| Fault::refused(&input.file, error);
+        let made = midsurf::shard::shard(&input.part, &settings, which, show, stop);
+        let made = made.map_err(|error| refused(&error))?;
+        let mut bytes = Vec::new();
+        let written = made.write(&mut bytes).map_err(ShardFileError::from);
+        written.map_err(|error| refused(&error))?;
+        Ok(bytes)
+    })?;
+    let bytes = bytes.map_err(|fault: Fault| fault.raise(&ARGUMENTS))?;
+    Ok(PyBytes::new(py, &bytes))
+}
+
+/// Joins all shards of an extraction.
+#[pyfunction]
+pub(crate) fn merge(
+    py: Python<'_>,
+    shards: Vec<PyBackedBytes>,
+    wanted: Option<Elements>,
+    threads: Option<usize>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Surface> {
+    let arguments = ["element_size"];
+    let wanted = elements(wanted).map_err(|fault| fault.raise(&arguments))?;
+    run(py, threads, progress, |show, stop| {
+        show("reading", 0, 0);
+        let read = |bytes: &PyBackedBytes| Shard::read(bytes);
+        let shards: Result<Vec<Shard>, ShardFileError> = shards.iter().map(read).collect();
+        let shards = shards.map_err(|error| Fault::input(&error))?;
+        let result = midsurf::shard::merge(shards, wanted, show, stop);
+        let result = result.map_err(|error| Fault::input(&error))?;
+        if result.surface.triangles().is_empty() {
+            return Err(Fault::fruitless(Path::new("all shards"), &NoSurface));
+        }
+        Ok(Surface {
+            result,
+            input: None,
+            warnings: Vec::new(),
+        })
+    })?
+    .map_err(|fault: Fault| fault.raise(&arguments))
 }
 
 /// Nothing came out.
@@ -313,7 +396,9 @@ impl Surface {
 
     #[getter]
     fn cell(&self) -> Option<f64> {
-        self.input.as_ref().map(|_| self.result.work.cell)
+        let cell = self.result.work.cell;
+        // None of a surface that was read.
+        (cell > 0.0).then_some(cell)
     }
 
     #[getter]
@@ -330,7 +415,7 @@ impl Surface {
     fn report(&self) -> String {
         let mut report = account(&self.result.surface, &self.result.graph);
         report["closed_over"] = json!(self.result.closed_over);
-        if self.input.is_some() {
+        if self.result.work.cell > 0.0 {
             report["work"] = json!(self.result.work);
         }
         report.to_string()

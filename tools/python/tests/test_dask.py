@@ -99,6 +99,28 @@ def test_a_killed_worker_takes_no_part_with_it(client: Client, parts: Path, tmp_
     assert (out / "tee.vtu").read_bytes() == (tmp_path / "alone.vtu").read_bytes()
 
 
+def test_one_part_in_pieces_is_that_of_one_machine(client: Client, parts: Path, tmp_path: Path) -> None:
+    file, coping = parts / "tee.obj", parts / "tee.coping.txt"
+    told: list[tuple[str, int, int]] = []
+    mid = midsurf.dask.extract(
+        file, client, shards=3, coping=coping, cell="0.5t", progress=lambda stage, done, of: told.append((stage, done, of))
+    )
+    alone = midsurf.extract(file, coping=coping, cell="0.5t")
+    for suffix in (".ply", ".vtu"):
+        mid.save(tmp_path / f"pieces{suffix}")
+        alone.save(tmp_path / f"alone{suffix}")
+        assert (tmp_path / f"pieces{suffix}").read_bytes() == (tmp_path / f"alone{suffix}").read_bytes()
+    assert mid.cell == alone.cell
+    assert [step for step in told if step[0] == "shards"] == [("shards", n, 3) for n in (1, 2, 3)]
+    with pytest.raises(midsurf.InputError, match="cell"):
+        midsurf.dask.extract(file, client, shards=2, cell="many")
+    with pytest.raises(midsurf.InputError, match="no shard 3 of 2"):
+        midsurf.shard(file, (3, 2))
+    piece = midsurf.shard(file, (1, 2), coping=coping, cell="2t")
+    with pytest.raises(midsurf.InputError, match="shard 2/2 is missing"):
+        midsurf.merge([piece])
+
+
 def test_folders_without_parts_are_refused(client: Client, tmp_path: Path) -> None:
     with pytest.raises(midsurf.InputError, match="holds no parts"):
         midsurf.dask.extract_many(tmp_path, client, out=tmp_path / "out")

@@ -17,9 +17,11 @@ from ._functions import (
     extract,
     hollow,
     info,
+    merge,
     offset,
     rethicken,
     roundtrip,
+    shard,
     subdivide,
     thicken,
 )
@@ -50,9 +52,11 @@ __all__ = [
     "extract",
     "hollow",
     "info",
+    "merge",
     "offset",
     "rethicken",
     "roundtrip",
+    "shard",
     "subdivide",
     "thicken",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,12 +73,6 @@ def extract(
     :raises InputError: for bad input, with the file, the place and what to do.
     :raises NoResultError: where no mid-surface was found.
     """
-    straight = _one_of("junctions", junctions, ("medial", "straight")) == "straight"
-    if element_size is None and (sag is not None or grading is not None or quads or straight):
-        raise InputError("sag, grading, quads and junctions go with element_size", "give element_size")
-    wanted = None
-    if element_size is not None:
-        wanted = (size(element_size), None if sag is None else size(sag), grading, quads, straight)
     surface = _midsurf.extract(
         mesh(part),
         tags(coping),
@@ -87,12 +81,84 @@ def extract(
         keep_fins,
         allow_open,
         reading(how_read),
-        wanted,
+        _elements(element_size, sag, grading, quads, junctions),
         amount(memory_limit),
         _count(threads),
         progress,
     )
     return MidSurface(surface, warned(surface.warnings))
+
+
+def shard(
+    part: Part,
+    which: tuple[int, int],
+    *,
+    coping: Coping = "auto",
+    cell: Size = "auto",
+    angle: float = 15.0,
+    keep_fins: bool = False,
+    allow_open: bool = False,
+    memory_limit: int | str | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+    **how_read: Unpack[Reading],
+) -> bytes:
+    """Computes one piece of an extraction, apart from all others; `merge` joins them.
+
+    The bytes are those of ``midsurf extract --shard 3/16 -o piece.shard``.
+
+    :param which: the shard, counted from 1, and how many there are: ``(3, 16)``.
+
+    Other arguments are those of `extract`.
+    """
+    index, count = which
+    return _midsurf.shard(
+        mesh(part),
+        (_whole("which", index), _whole("which", count)),
+        tags(coping),
+        size(cell),
+        angle,
+        keep_fins,
+        allow_open,
+        reading(how_read),
+        amount(memory_limit),
+        _count(threads),
+        progress,
+    )
+
+
+def merge(
+    shards: Iterable[bytes],
+    *,
+    element_size: Size | None = None,
+    sag: Size | None = None,
+    grading: float | None = None,
+    quads: bool = False,
+    junctions: str = "medial",
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> MidSurface:
+    """Joins all shards of an extraction, in any order, to what `extract` makes of the whole part, bit for bit.
+
+    Arguments are those of `extract`.
+
+    :raises InputError: where a shard is missing, there twice, or of another part, other settings or another version.
+    """
+    wanted = _elements(element_size, sag, grading, quads, junctions)
+    surface = _midsurf.merge(list(shards), wanted, _count(threads), progress)
+    return MidSurface(surface, warned(surface.warnings))
+
+
+def _elements(
+    element_size: Size | None, sag: Size | None, grading: float | None, quads: bool, junctions: str
+) -> tuple[str, str | None, float | None, bool, bool] | None:
+    """What remeshing is told; none where it was not asked for."""
+    straight = _one_of("junctions", junctions, ("medial", "straight")) == "straight"
+    if element_size is not None:
+        return size(element_size), None if sag is None else size(sag), grading, quads, straight
+    if sag is not None or grading is not None or quads or straight:
+        raise InputError("sag, grading, quads and junctions go with element_size", "give element_size")
+    return None
 
 
 def detect_coping(

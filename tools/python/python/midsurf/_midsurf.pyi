@@ -91,6 +91,25 @@ def extract(
     threads: int | None,
     progress: _Progress,
 ) -> Surface: ...
+def shard(
+    part: _Mesh,
+    which: tuple[int, int],
+    coping: str | npt.NDArray[np.bool_],
+    cell: str,
+    angle: float,
+    keep_fins: bool,
+    allow_open: bool,
+    preparing: _Reading,
+    memory_limit: str | None,
+    threads: int | None,
+    progress: _Progress,
+) -> bytes: ...
+def merge(
+    shards: list[bytes],
+    wanted: tuple[str, str | None, float | None, bool, bool] | None,
+    threads: int | None,
+    progress: _Progress,
+) -> Surface: ...
 def read(file: str | os.PathLike[str]) -> Surface: ...
 def detect_coping(part: _Mesh, samples: int, preparing: _Reading, threads: int | None) -> Tags: ...
 def info(

@@ -1,4 +1,5 @@
-"""Many parts on many machines, through Dask: folders of parts, retried, resumable, with a table of results.
+"""Many machines, through Dask: folders of parts, retried, resumable, with a table of results; and one large part in
+pieces.
 
 >>> from distributed import Client
 >>> import midsurf.dask
@@ -23,7 +24,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 from ._errors import Error, InputError
-from ._functions import extract as _extract
+from ._arguments import Part, mesh
+from ._functions import extract as _extract, merge as _merge, shard as _shard
+from ._surface import MidSurface
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -141,6 +144,59 @@ def extract_many(
         rows = Table(table[name] for name in sorted(table))
         rows.save(target / TABLE)
     return rows
+
+
+def extract(
+    part: Part,
+    client: Client,
+    *,
+    shards: int = 16,
+    retries: int = 3,
+    progress: Callable[[str, int, int], object] | None = None,
+    **settings: Any,
+) -> MidSurface:
+    """Extracts the mid-surface of one large part on a cluster, in pieces that are computed apart.
+
+    The result is that of `midsurf.extract`, bit for bit. A worker that dies takes nothing with it but the pieces it was
+    at, which are done again elsewhere. This process joins the pieces, and needs memory for the whole result.
+
+    :param part: a file that all workers can read by the same path, or ``(vertices, triangles)``.
+    :param client: a Dask client.
+    :param shards: how many pieces; some times as many as there are workers keeps them all busy.
+    :param retries: how often a piece is tried again that failed by no fault of its own.
+    :param progress: called as ``progress("shards", done, of)``, then as for `midsurf.merge`.
+    :param settings: as for `midsurf.extract`, but with one thread for each piece.
+    """
+    from distributed import as_completed
+
+    joining = {name: settings.pop(name) for name in JOINING if name in settings}
+    settings.setdefault("threads", 1)
+    what = mesh(part)
+    if isinstance(what, str):
+        what = os.path.abspath(what)
+    else:
+        what = client.scatter(what, hash=False)
+    which = [(index, shards) for index in range(1, shards + 1)]
+    futures = client.map(_piece, which, part=what, settings=settings, retries=retries, pure=False)
+    pieces: list[bytes] = []
+    try:
+        for future in as_completed(futures):
+            pieces.append(future.result())
+            future.release()
+            if progress is not None:
+                progress("shards", len(pieces), shards)
+    finally:
+        client.cancel(futures)
+    return _merge(pieces, progress=progress, **joining)
+
+
+#: Settings that the joined surface is remeshed by.
+JOINING = ("element_size", "sag", "grading", "quads", "junctions")
+
+
+def _piece(which: tuple[int, int], part: Part, settings: dict[str, Any]) -> bytes:
+    """One shard, on a worker."""
+    return _shard(part, which, **settings)
 
 
 class _Job(NamedTuple):
