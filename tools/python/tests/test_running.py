@@ -68,7 +68,9 @@ def test_other_threads_run_meanwhile(fixtures: Path) -> None:
 )
 def test_ctrl_c_ends_the_work(fixtures: Path, work: str) -> None:
     script = f"""
-import sys, midsurf
+import signal, sys, midsurf
+# Work in the background of a shell is started with Ctrl-C ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 part = sys.argv[1]
 def begun(stage, done, expected):
     if stage in ("trace", "band"):
