@@ -18,6 +18,7 @@ use sha2::{Digest, Sha256};
 
 use super::{Carried, Shard, ShardFileError, ShardOf, Task, checksum};
 use crate::mesh::{Part, PartOptions, TriMesh};
+use crate::trace::walk::wire::{broken, get, get_f64, get_u32, get_u64};
 use crate::trace::walk::{Counts, Share};
 
 const MAGIC: &[u8] = b"midsurf shard\n";
@@ -100,29 +101,11 @@ fn counts(c: &Counts) -> [u64; 9] {
     ]
 }
 
-fn invalid() -> io::Error {
-    io::ErrorKind::InvalidData.into()
-}
-
-fn get<const N: usize>(input: &mut dyn Read) -> io::Result<[u8; N]> {
-    let mut bytes = [0; N];
-    input.read_exact(&mut bytes)?;
-    Ok(bytes)
-}
-
-fn get_u32(input: &mut dyn Read) -> io::Result<u32> {
-    Ok(u32::from_le_bytes(get(input)?))
-}
-
-fn get_f64(input: &mut dyn Read) -> io::Result<f64> {
-    Ok(f64::from_le_bytes(get(input)?))
-}
-
 fn get_flag(input: &mut dyn Read) -> io::Result<bool> {
     match get(input)? {
         [0] => Ok(false),
         [1] => Ok(true),
-        _ => Err(invalid()),
+        _ => Err(broken()),
     }
 }
 
@@ -130,20 +113,20 @@ fn get_flag(input: &mut dyn Read) -> io::Result<bool> {
 const LONGEST_VERSION: usize = 64;
 
 fn read_content(input: &mut dyn Read) -> io::Result<Shard> {
-    let which = ShardOf::new(get_u32(input)?, get_u32(input)?).ok_or_else(invalid)?;
+    let which = ShardOf::new(get_u32(input)?, get_u32(input)?).ok_or_else(broken)?;
     let length = get_u32(input)? as usize;
     if length > LONGEST_VERSION {
-        return Err(invalid());
+        return Err(broken());
     }
     let mut version = vec![0; length];
     input.read_exact(&mut version)?;
-    let version = String::from_utf8(version).map_err(|_| invalid())?;
+    let version = String::from_utf8(version).map_err(|_| broken())?;
     let part_sum = get(input)?;
     let (cell, min_angle) = (get_f64(input)?, get_f64(input)?);
     let keep_fins = get_flag(input)?;
     let mut numbers = [0; 9];
     for n in &mut numbers {
-        *n = u64::from_le_bytes(get(input)?);
+        *n = get_u64(input)?;
     }
     let [
         cells,
@@ -171,11 +154,11 @@ fn read_content(input: &mut dyn Read) -> io::Result<Shard> {
         false => None,
     };
     if part.is_some() != (which.index == 1) {
-        return Err(invalid());
+        return Err(broken());
     }
     let share = Share::read(input, faces as usize)?;
     if input.read(&mut [0])? != 0 {
-        return Err(invalid());
+        return Err(broken());
     }
     Ok(Shard {
         which,
@@ -221,7 +204,7 @@ fn read_part(input: &mut dyn Read, task: &Task) -> io::Result<Carried> {
     for _ in 0..triangles {
         let corners = [get_u32(input)?, get_u32(input)?, get_u32(input)?];
         if corners.iter().any(|&v| v >= positions) {
-            return Err(invalid());
+            return Err(broken());
         }
         mesh.triangles.push(corners);
     }
@@ -234,9 +217,9 @@ fn read_part(input: &mut dyn Read, task: &Task) -> io::Result<Carried> {
         allow_open: true,
         ..PartOptions::default()
     };
-    let (part, _) = Part::new(mesh, coping, options).map_err(|_| invalid())?;
+    let (part, _) = Part::new(mesh, coping, options).map_err(|_| broken())?;
     if checksum(&part) != task.part {
-        return Err(invalid());
+        return Err(broken());
     }
     Ok(Carried(part))
 }

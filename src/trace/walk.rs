@@ -20,6 +20,7 @@ mod piece;
 mod store;
 #[cfg(test)]
 mod tests;
+pub(crate) mod wire;
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::Share;
 use super::piece::{Piece, PieceTet, PieceVertex};
+use super::wire::{broken, get, get_f64, get_u32, get_u64};
 use crate::lattice::{EdgeKey, FaceKey, TetKey};
 use crate::mesh::FaceId;
 use crate::surface::marked::Line;
@@ -23,28 +24,6 @@ const LINES: [Line; 5] = [
 /// Entries of a list for which room is made before they are read: a length may
 /// be a lie.
 const ROOM: usize = 1 << 16;
-
-fn broken() -> io::Error {
-    io::ErrorKind::InvalidData.into()
-}
-
-fn get<const N: usize>(input: &mut dyn Read) -> io::Result<[u8; N]> {
-    let mut bytes = [0; N];
-    input.read_exact(&mut bytes)?;
-    Ok(bytes)
-}
-
-fn get_u32(input: &mut dyn Read) -> io::Result<u32> {
-    Ok(u32::from_le_bytes(get(input)?))
-}
-
-fn get_u64(input: &mut dyn Read) -> io::Result<u64> {
-    Ok(u64::from_le_bytes(get(input)?))
-}
-
-fn get_f64(input: &mut dyn Read) -> io::Result<f64> {
-    Ok(f64::from_le_bytes(get(input)?))
-}
 
 fn put_list<T>(
     out: &mut dyn Write,
