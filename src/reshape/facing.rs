@@ -1,9 +1,10 @@
 //! Which way triangles of a complex face, and how an edit would turn them.
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use super::complex::Complex;
-use super::shape::Shape;
+use super::shape::{Shape, crossing_gap};
 
 /// A triangle keeps its direction if its normal turns by less than 60 degrees.
 pub(super) const TURN: f64 = 0.5;
@@ -12,7 +13,58 @@ pub(super) const TURN: f64 = 0.5;
 /// of the long side rivals the height.
 pub(super) const TRUSTED: f64 = 0.05;
 
+/// Two triangles of one sheet, and those across their other diagonal.
+pub(super) struct Flip {
+    /// The edge's ends, then the apexes that would be joined.
+    pub(super) corners: [u32; 4],
+    pub(super) old: [Shape; 2],
+    /// Of [`Self::triangles`].
+    pub(super) new: [Shape; 2],
+    /// How far the two diagonals pass each other.
+    pub(super) gap: f64,
+}
+
+impl Flip {
+    /// The triangles after the flip.
+    pub(super) fn triangles(&self) -> [[u32; 3]; 2] {
+        let [a, b, c, d] = self.corners;
+        [[a, d, c], [d, b, c]]
+    }
+
+    /// Sine of the worst angle before and after.
+    pub(super) fn sines(&self) -> [f64; 2] {
+        [&self.old, &self.new].map(|pair| pair[0].sine.min(pair[1].sine))
+    }
+}
+
 impl Complex {
+    /// What flipping an edge would do; `None` where it cannot be flipped, or
+    /// where a triangle would face another way than those before did.
+    pub(super) fn flip_of(&self, a: u32, b: u32) -> Option<Flip> {
+        let [(_, c), (_, d)] = self.wings(a, b)?;
+        if self.adjacent(c, d) {
+            return None;
+        }
+        // In one orientation: abc and bad before, adc and dbc after.
+        let old = [[a, b, c], [b, a, d]].map(|t| self.shape(t));
+        let new = [[a, d, c], [d, b, c]].map(|t| self.shape(t));
+        let trusted: SmallVec<[DVec3; 2]> = (old.iter())
+            .filter(|s| s.flatness >= TRUSTED)
+            .map(|s| s.normal)
+            .collect();
+        let agree = |s: &Shape| trusted.iter().all(|n| n.dot(s.normal) >= TURN);
+        if !new.iter().all(agree) || new[0].normal.dot(new[1].normal) < TURN {
+            return None;
+        }
+        let gap = crossing_gap([a, b].map(|v| self.at(v)), [c, d].map(|v| self.at(v)))?;
+        Some(Flip {
+            corners: [a, b, c, d],
+            old,
+            new,
+            gap,
+        })
+    }
+
     /// Shape of a triangle.
     pub(super) fn shape(&self, corners: [u32; 3]) -> Shape {
         Shape::of(corners.map(|v| self.at(v)))

@@ -59,6 +59,25 @@ fn one_solid_of_several_by_number_or_name() {
 }
 
 #[test]
+fn a_mid_surface_is_remeshed_on_its_solid_of_several() {
+    let desk = Desk::new();
+    let far = cuboid(DVec3::X * 50.0, DVec3::new(8.0, 8.0, 1.0));
+    desk.put(
+        "two.stl",
+        stl_text(&plate(), "plate") + &stl_text(&far, "tile"),
+    );
+    let extract = ["extract", "two.stl", "--solid", "tile", "-o", "mid.ply"];
+    report(&desk, &extract);
+    let mesh = [
+        "mesh", "mid.ply", "--part", "two.stl", "--solid", "tile", "--element-size", "2",
+    ];
+    let told = report(&desk, &mesh);
+    assert_eq!(told["settings"]["solid"], "tile");
+    let area = told["result"]["area"].as_f64().unwrap();
+    assert!((area - 64.0).abs() < 1e-9, "{area}");
+}
+
+#[test]
 fn scale_changes_numbers_and_unit_none() {
     let desk = Desk::new();
     std::fs::copy(fixture("plate.obj"), desk.path("plate.obj")).unwrap();

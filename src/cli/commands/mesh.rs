@@ -26,7 +26,7 @@ use crate::cli::shared::figures::Figures;
 use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::angle;
-use crate::cli::shared::reading::ReadingArgs;
+use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 use crate::cli::shared::shell::ShellArgs;
@@ -84,6 +84,8 @@ pub(crate) struct Args {
     elements: ElementArgs,
     #[command(flatten)]
     reading: ReadingArgs,
+    #[command(flatten)]
+    select: SelectArgs,
     #[command(flatten)]
     memory: MemoryArgs,
     /// Write seams and borders into OBJ files too, as lines
@@ -151,14 +153,17 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "vertices": written.vertices().len(),
             "triangles": written.triangles().len(),
         }),
-        settings: json!({
-            "elements": elements,
-            "element_length": result.size,
-            "angle": args.angle,
-            "keep_fins": args.keep_fins,
-            "memory_limit": args.memory.memory_limit,
-            "obj_lines": args.obj_lines,
-        }),
+        settings: args.reading.beside(
+            Some(&args.select),
+            json!({
+                "elements": elements,
+                "element_length": result.size,
+                "angle": args.angle,
+                "keep_fins": args.keep_fins,
+                "memory_limit": args.memory.memory_limit,
+                "obj_lines": args.obj_lines,
+            }),
+        ),
         seconds: json!({
             "read": read,
             "remesh": result.seconds,
@@ -232,7 +237,7 @@ impl Args {
     }
 
     fn input(&self) -> Result<Option<Input>, Failure> {
-        let reading = self.reading.with(None);
+        let reading = self.reading.with(Some(&self.select));
         let read = |part| Input::read(part, &self.coping, &reading, false);
         Ok(self.part.as_deref().map(read).transpose()?)
     }

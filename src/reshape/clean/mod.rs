@@ -28,8 +28,7 @@ use serde::Serialize;
 use smallvec::SmallVec;
 
 use super::complex::{Complex, Rank};
-use super::facing::{TRUSTED, TURN};
-use super::shape::{Shape, crossing_gap, to_segment, to_triangle};
+use super::shape::{Shape, to_segment, to_triangle};
 use crate::field::Field;
 use crate::mesh::{FaceId, clash};
 use crate::surface::marked::Line;
@@ -97,6 +96,9 @@ const LOSS: f64 = 0.5;
 
 /// An edit for shape's sake must raise the sine of the worst angle by this.
 const GAIN: f64 = 1.05;
+
+/// Passes of one kind at most; each stops earlier when nothing changes.
+const MAX_PASSES: usize = 12;
 
 /// Contracts edges much shorter than a cell, and flips edges inside sheets.
 pub fn clean(mesh: MarkedMesh, cell: f64) -> MarkedMesh {
@@ -510,32 +512,13 @@ impl<'f> Cleaner<'f> {
     /// Sine of the worst angle after flipping an edge, and how far the surface
     /// moves; `None` if it may not be flipped or is no better after.
     fn flip_gain(&self, a: u32, b: u32) -> Option<(f64, f64)> {
-        let complex = &self.complex;
-        let [(_, c), (_, d)] = complex.wings(a, b)?;
-        let at = |v: u32| complex.at(v);
-        let shape = |corners: [u32; 3]| self.shape(corners);
-        // In one orientation: abc and bad before, cda... after.
-        let old = [shape([a, b, c]), shape([b, a, d])];
-        let new = [shape([a, d, c]), shape([d, b, c])];
-        let worst = |pair: &[Shape; 2]| pair[0].sine.min(pair[1].sine);
-        if worst(&new) <= GAIN * worst(&old) || new.iter().any(|s| s.flatness < FLATTEST) {
+        let flip = self.complex.flip_of(a, b)?;
+        let [before, after] = flip.sines();
+        if after <= GAIN * before || flip.new.iter().any(|s| s.flatness < FLATTEST) {
             return None;
         }
-        let trusted: SmallVec<[DVec3; 2]> = (old.iter())
-            .filter(|s| s.flatness >= TRUSTED)
-            .map(|s| s.normal)
-            .collect();
-        let agree = |s: &Shape| trusted.iter().all(|n| n.dot(s.normal) >= TURN);
-        if !new.iter().all(agree) || new[0].normal.dot(new[1].normal) < TURN {
-            return None;
-        }
-        let gap = crossing_gap([at(a), at(b)], [at(c), at(d)])?;
-        let so_far = [a, b, c, d].map(|v| self.drift[v as usize]);
+        let so_far = flip.corners.map(|v| self.drift[v as usize]);
         let so_far = so_far.into_iter().fold(0.0, f64::max);
-        let allowed = so_far + gap <= self.drift_limit && !complex.adjacent(c, d);
-        allowed.then(|| (worst(&new), gap))
+        (so_far + flip.gap <= self.drift_limit).then_some((after, flip.gap))
     }
 }
-
-/// Passes of one kind at most; each stops earlier when nothing changes.
-const MAX_PASSES: usize = 12;

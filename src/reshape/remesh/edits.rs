@@ -7,7 +7,7 @@ use super::Remesher;
 use crate::mesh::FaceId;
 use crate::reshape::complex::Rank;
 use crate::reshape::facing::{TRUSTED, TURN};
-use crate::reshape::shape::{Shape, crossing_gap, to_segment, to_triangle};
+use crate::reshape::shape::{to_segment, to_triangle};
 use crate::surface::marked::MarkedVertex;
 
 /// Edges longer than this, against their target, are split: halves are then
@@ -315,30 +315,13 @@ impl Remesher<'_> {
     }
 
     fn gains_by_flip(&self, a: u32, b: u32) -> bool {
-        let complex = &self.complex;
-        let Some([(_, c), (_, d)]) = complex.wings(a, b) else {
+        let Some(flip) = self.complex.flip_of(a, b) else {
             return false;
         };
-        let at = |v: u32| complex.at(v);
-        // In one orientation: abc and bad before, adc and dbc after.
-        let old = [complex.shape([a, b, c]), complex.shape([b, a, d])];
-        let new = [complex.shape([a, d, c]), complex.shape([d, b, c])];
-        let worst = |pair: &[Shape; 2]| pair[0].sine.min(pair[1].sine);
-        if worst(&new) <= GAIN * worst(&old) {
-            return false;
-        }
-        let trusted: SmallVec<[DVec3; 2]> = (old.iter())
-            .filter(|s| s.flatness >= TRUSTED)
-            .map(|s| s.normal)
-            .collect();
-        let agree = |s: &Shape| trusted.iter().all(|n| n.dot(s.normal) >= TURN);
-        if !new.iter().all(agree) || new[0].normal.dot(new[1].normal) < TURN {
-            return false;
-        }
-        if !self.upright([a, d, c], &new[0]) || !self.upright([d, b, c], &new[1]) {
-            return false;
-        }
-        let gap = crossing_gap([at(a), at(b)], [at(c), at(d)]);
-        gap.is_some_and(|gap| gap <= self.sag) && !complex.adjacent(c, d)
+        let [before, after] = flip.sines();
+        let mut halves = flip.triangles().into_iter().zip(&flip.new);
+        after > GAIN * before
+            && flip.gap <= self.sag
+            && halves.all(|(corners, shape)| self.upright(corners, shape))
     }
 }

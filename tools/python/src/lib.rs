@@ -5,16 +5,18 @@
 //! * `fault`: errors as exceptions, with the remedies that a caller in Python has.
 //! * `arrays`: numpy in and out.
 //! * `given`: what functions are told, checked.
-//! * `surface`, `solids`, `parts`: the verbs.
+//! * `extract`, `surface`, `solids`, `subdivide`, `parts`: the verbs.
 //!
 //! What people use, with its documentation, is `python/midsurf`.
 
 mod arrays;
+mod extract;
 mod fault;
 mod given;
 mod parts;
 mod run;
 mod solids;
+mod subdivide;
 mod surface;
 
 use pyo3::prelude::*;
@@ -25,9 +27,13 @@ mod _midsurf {
     #[pymodule_export]
     use super::parts::{Tags, detect_coping, info};
     #[pymodule_export]
-    use super::solids::{hollow, offset, rethicken, roundtrip, save_solid, subdivide, thicken};
+    use super::extract::{extract, merge, shard};
     #[pymodule_export]
-    use super::surface::{Surface, extract, merge, read, shard};
+    use super::solids::{hollow, offset, rethicken, roundtrip, save_solid, thicken};
+    #[pymodule_export]
+    use super::subdivide::subdivide;
+    #[pymodule_export]
+    use super::surface::{Surface, read};
 
     #[pymodule_export]
     #[allow(non_upper_case_globals)]
