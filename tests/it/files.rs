@@ -69,7 +69,14 @@ fn a_mid_surface_is_remeshed_on_its_solid_of_several() {
     let extract = ["extract", "two.stl", "--solid", "tile", "-o", "mid.ply"];
     report(&desk, &extract);
     let mesh = [
-        "mesh", "mid.ply", "--part", "two.stl", "--solid", "tile", "--element-size", "2",
+        "mesh",
+        "mid.ply",
+        "--part",
+        "two.stl",
+        "--solid",
+        "tile",
+        "--element-size",
+        "2",
     ];
     let told = report(&desk, &mesh);
     assert_eq!(told["settings"]["solid"], "tile");

@@ -25,9 +25,9 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _midsurf {
     #[pymodule_export]
-    use super::parts::{Tags, detect_coping, info};
-    #[pymodule_export]
     use super::extract::{extract, merge, shard};
+    #[pymodule_export]
+    use super::parts::{Tags, detect_coping, info};
     #[pymodule_export]
     use super::solids::{hollow, offset, rethicken, roundtrip, save_solid, thicken};
     #[pymodule_export]

@@ -1,11 +1,10 @@
 //! The verbs that make solids.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use glam::DVec3;
 use midsurf::extract;
 use midsurf::intake::balls::{doubts, thickness_by_group};
-use midsurf::intake::{ControlInput, CopingSource, read_warning};
+use midsurf::intake::{CopingSource, read_warning};
 use midsurf::io::read_surface;
 use midsurf::io::write::{Shade, SolidFormat, stage_solid};
 use midsurf::mesh::{Simplify, TriMesh};
@@ -13,19 +12,15 @@ use midsurf::offset::{Cut, Drain, OffsetError, Voids, hollowed, opened};
 use midsurf::report::bodies::Bodies;
 use midsurf::rethicken::{BallSurface, RethickenError};
 use midsurf::roundtrip::RoundTripError;
-use midsurf::settings::cell::{CellSize, Scale};
+use midsurf::settings::cell::Scale;
 use midsurf::settings::precision::Precision;
 use midsurf::settings::warning::Warning;
-use midsurf::subdivide::{
-    Boundary, Cage, ContourError, ContourSettings, Level, Polygon, Scheme, SubdivideError,
-    check_memory, contour_until, hollow_out, level_and_samples,
-};
 use midsurf::thicken::{Side, ThickenError};
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
-use crate::arrays::{Rows, mesh_in, mesh_out, points_in};
+use crate::arrays::{Rows, mesh_in, mesh_out};
 use crate::fault::{Fault, pairs};
 use crate::given::{self, Preparing, Source, Tagged};
 use crate::run::run;

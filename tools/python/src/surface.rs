@@ -21,7 +21,6 @@ use midsurf::surface::{
     Ball, Border, BorderKind, Crease, MidSurface, MidTriangle, MidVertex, Seam, SurfaceParts,
     VertexKind,
 };
-use miette::Diagnostic;
 use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use serde_json::json;
