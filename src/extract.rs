@@ -14,6 +14,7 @@ use crate::mesh::{FaceId, Frame, Part};
 use crate::reshape::crease::mark_creases;
 use crate::reshape::project::Projector;
 use crate::reshape::remesh::{self, Meshed, remesh};
+use crate::reshape::uncut::without_cuts;
 use crate::reshape::{self, ElementSettings, TooManyElements, clean};
 use crate::settings::cell::{BadCell, CellSize, Scale};
 use crate::settings::memory::{MEMORY_LIMIT, TooFine};
@@ -274,8 +275,10 @@ pub(crate) fn finish(
     progress("mesh", 0, 0);
     let projector = Projector::new(walls);
     // Creases last: to clean once more would let lines drift further.
-    let cleaned = clean::clean_on(mesh, cell, field);
-    let traced = mark_creases(cleaned, &projector);
+    let traced = without_cuts(mesh, |mesh, kept| {
+        let cleaned = clean::clean_on(mesh, cell, field, kept);
+        mark_creases(cleaned, &projector, kept)
+    });
     stop.heed()?;
     let mesh_seconds = start.elapsed().as_secs_f64();
 

@@ -17,8 +17,9 @@ use smallvec::SmallVec;
 use super::complex::{Complex, Rank};
 use super::facing::TURN;
 use super::project::Projector;
+use super::uncut::Kept;
 use crate::field::Footpoint;
-use crate::mesh::{FaceId, angle, self_intersections};
+use crate::mesh::{FaceId, angle};
 use crate::surface::marked::{Line, MarkedMesh, MarkedVertex, edge};
 use crate::trace::solve::{Condition, on_coping, solve};
 use crate::trace::tolerances::CREASE_ANGLE;
@@ -53,25 +54,14 @@ struct Crossing {
     vertex: MarkedVertex,
 }
 
-/// Cuts the mesh along its creases and marks their edges.
-///
-/// Where triangles would cut each other that did not before, the mesh comes
-/// back as it was, without creases.
-pub fn mark_creases(mesh: MarkedMesh, projector: &Projector) -> MarkedMesh {
-    let creased = cut(mesh.clone(), projector);
-    let cuts = |mesh: &MarkedMesh| self_intersections(&mesh.plain()).len();
-    if creased.lines.values().any(|&line| line == Line::Crease) && cuts(&creased) > cuts(&mesh) {
-        return mesh;
-    }
-    creased
-}
-
-fn cut(mesh: MarkedMesh, projector: &Projector) -> MarkedMesh {
+/// Cuts the mesh along its creases, but at places kept, and marks their edges.
+pub fn mark_creases(mesh: MarkedMesh, projector: &Projector, kept: &Kept) -> MarkedMesh {
     let mut cutter = Cutter {
         complex: Complex::new(&mesh),
         vertices: mesh.vertices,
         creased: Vec::new(),
         projector,
+        kept,
     };
     cutter.creased = (cutter.vertices.iter())
         .map(|v| cutter.is_creased(v))
@@ -88,6 +78,7 @@ struct Cutter<'a> {
     /// Vertices on a crease.
     creased: Vec<bool>,
     projector: &'a Projector<'a>,
+    kept: &'a Kept,
 }
 
 impl Cutter<'_> {
@@ -122,7 +113,9 @@ impl Cutter<'_> {
 
     /// The crossing of an edge by a crease.
     fn crossing(&self, a: u32, b: u32) -> Option<Crossing> {
-        if self.creased[a as usize] || self.creased[b as usize] {
+        let creased = |v: u32| self.creased[v as usize];
+        let kept = |v: u32| self.kept.contains(self.complex.at(v));
+        if creased(a) || creased(b) || kept(a) || kept(b) {
             return None;
         }
         let mark = match self.complex.class(a, b) {

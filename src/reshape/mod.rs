@@ -2,6 +2,7 @@
 //!
 //! * [`crease`]: cuts sheets where they bend at a fin left out.
 //! * [`clean`]: contracts needles, moves nothing.
+//! * [`uncut`]: both without triangles that pass through each other.
 //! * [`remesh`](mod@remesh): towards an element size.
 //! * [`project`]: back onto the exact mid-surface.
 //! * [`written`]: the same for a mid-surface read from a file, with its part or
@@ -18,6 +19,7 @@ pub mod project;
 pub mod remesh;
 mod shape;
 mod size;
+pub mod uncut;
 pub mod written;
 
 use miette::Diagnostic;

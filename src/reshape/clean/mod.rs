@@ -29,6 +29,7 @@ use smallvec::SmallVec;
 
 use super::complex::{Complex, Rank};
 use super::shape::{Shape, to_segment, to_triangle};
+use super::uncut::Kept;
 use crate::field::Field;
 use crate::mesh::{FaceId, clash};
 use crate::surface::marked::Line;
@@ -102,14 +103,15 @@ const MAX_PASSES: usize = 12;
 
 /// Contracts edges much shorter than a cell, and flips edges inside sheets.
 pub fn clean(mesh: MarkedMesh, cell: f64) -> MarkedMesh {
-    clean_counted(&mesh, cell, &Settings::default(), None).0
+    clean_counted(&mesh, cell, &Settings::default(), None, &Kept::default()).0
 }
 
 /// As [`clean`], with the field of the part: it tells which coping triangles
 /// lie in one plane, so that a border over a flat coping face is cleaned as a
-/// seam is. Without it only within each coping triangle.
-pub fn clean_on(mesh: MarkedMesh, cell: f64, field: &Field) -> MarkedMesh {
-    clean_counted(&mesh, cell, &Settings::default(), Some(field)).0
+/// seam is. Without it only within each coping triangle. Vertices at places
+/// kept stay, with their triangles.
+pub fn clean_on(mesh: &MarkedMesh, cell: f64, field: &Field, kept: &Kept) -> MarkedMesh {
+    clean_counted(mesh, cell, &Settings::default(), Some(field), kept).0
 }
 
 /// As [`clean_on`], with settings; tells what it did.
@@ -118,8 +120,9 @@ pub fn clean_counted(
     cell: f64,
     settings: &Settings,
     field: Option<&Field>,
+    kept: &Kept,
 ) -> (MarkedMesh, Edits) {
-    let mut cleaner = Cleaner::new(mesh, cell, settings, field);
+    let mut cleaner = Cleaner::new(mesh, cell, settings, field, kept);
     for _ in 0..settings.rounds {
         let changed = cleaner.contract_short() + cleaner.flip_poor() + cleaner.contract_poor();
         if changed == 0 {
@@ -133,6 +136,8 @@ pub fn clean_counted(
 struct Cleaner<'f> {
     complex: Complex,
     field: Option<&'f Field>,
+    /// Vertices that stay, with their triangles.
+    kept: Vec<bool>,
     /// How far the surface may have moved near each vertex.
     drift: Vec<f64>,
     /// Whether anything changed near a vertex since the last look, for each
@@ -169,10 +174,14 @@ impl<'f> Cleaner<'f> {
         cell: f64,
         settings: &Settings,
         field: Option<&'f Field>,
+        kept: &Kept,
     ) -> Cleaner<'f> {
         let complex = Complex::new(mesh);
         let count = complex.vertex_count();
         Cleaner {
+            kept: (0..count as u32)
+                .map(|v| kept.contains(complex.at(v)))
+                .collect(),
             complex,
             field,
             drift: vec![0.0; count],
@@ -352,6 +361,9 @@ impl<'f> Cleaner<'f> {
     /// What contracting the edge from `u` to `v` would do, if it may be done.
     fn contraction(&self, u: u32, v: u32) -> Option<Outcome> {
         let complex = &self.complex;
+        if self.kept[u as usize] {
+            return None;
+        }
         let (from, to) = (complex.at(u), complex.at(v));
         let mut outcome = Outcome {
             sine: 1.0,
@@ -365,6 +377,9 @@ impl<'f> Cleaner<'f> {
         let mut to_new = f64::INFINITY;
         for &t in complex.around(u) {
             let c = complex.corners(t)?;
+            if c.iter().any(|&w| self.kept[w as usize]) {
+                return None;
+            }
             let old = self.shape(c);
             outcome.before = outcome.before.min(old.sine);
             if c.contains(&v) {
@@ -513,6 +528,9 @@ impl<'f> Cleaner<'f> {
     /// moves; `None` if it may not be flipped or is no better after.
     fn flip_gain(&self, a: u32, b: u32) -> Option<(f64, f64)> {
         let flip = self.complex.flip_of(a, b)?;
+        if flip.corners.iter().any(|&v| self.kept[v as usize]) {
+            return None;
+        }
         let [before, after] = flip.sines();
         if after <= GAIN * before || flip.new.iter().any(|s| s.flatness < FLATTEST) {
             return None;

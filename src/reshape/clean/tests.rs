@@ -29,7 +29,7 @@ fn fixed(graph: &SheetGraph) -> Counts {
 
 /// Cleans with cell size 1 and checks what is promised of any mesh.
 fn check(mesh: &MarkedMesh, field: &Field, cell: f64) -> (MarkedMesh, MidSurface, SheetGraph) {
-    let clean = clean_on(mesh.clone(), cell, field);
+    let clean = clean_on(mesh, cell, field, &Kept::default());
     let (_, before) = built(mesh, field);
     let (surface, after) = built(&clean, field);
     assert_eq!(fixed(&before), fixed(&after));
@@ -98,7 +98,7 @@ fn rows_of_needles_go() {
 #[test]
 fn a_mesh_without_needles_is_left_alone() {
     let raw = marked(grid(&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0]), Line::CopingBorder);
-    let (clean, edits) = clean_counted(&raw, 1.0, &Settings::default(), None);
+    let (clean, edits) = clean_counted(&raw, 1.0, &Settings::default(), None, &Kept::default());
     assert_eq!(edits, Edits::default());
     assert_eq!(clean.triangles, raw.triangles);
 }
@@ -197,7 +197,7 @@ fn caps_are_flipped() {
     ];
     let triangles = [[0, 1, 2], [1, 0, 3], [0, 2, 4], [2, 1, 4]];
     let raw = marked(mesh(&positions, &triangles), Line::CopingBorder);
-    let (clean, edits) = clean_counted(&raw, 1.0, &Settings::default(), None);
+    let (clean, edits) = clean_counted(&raw, 1.0, &Settings::default(), None, &Kept::default());
     assert_eq!((edits.flipped, edits.contracted), (1, 0));
     check_alone(&raw);
     let e = clean.edge_triangles();
@@ -273,7 +273,7 @@ proptest! {
         }
         // Any drift is allowed, so that all contractions are tried.
         let settings = Settings { drift: 100.0, short: 1.0, ..Settings::default() };
-        let (clean, _) = clean_counted(&raw, cell, &settings, None);
+        let (clean, _) = clean_counted(&raw, cell, &settings, None, &Kept::default());
         let (_, before) = built(&raw, &no_field());
         let (_, after) = built(&clean, &no_field());
         prop_assert_eq!(fixed(&before), fixed(&after));
@@ -325,7 +325,10 @@ fn coping_borders_stay_on_coping() {
             });
             gaps.fold(0.0, f64::max)
         };
-        let (before, after) = (gap(&raw), gap(&clean_on(raw.clone(), cell, &field)));
+        let (before, after) = (
+            gap(&raw),
+            gap(&clean_on(&raw, cell, &field, &Kept::default())),
+        );
         assert!(after <= before + 1e-8, "{name}: {before} {after}");
     }
 }
@@ -377,7 +380,7 @@ fn parts_keep_their_topology() {
             let change = (graph.area() / before.area() - 1.0).abs();
             assert!(change < 2e-3, "{name} {cell}: area by {change}");
             // Once more changes little: a fixed point was near.
-            let again = clean_on(clean.clone(), cell, &field);
+            let again = clean_on(&clean, cell, &field, &Kept::default());
             let rest = clean.triangles.len() - again.triangles.len();
             assert!(rest * 50 <= clean.triangles.len(), "{name} {cell}: {rest}");
         }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 use super::contour;
-use super::face::{ArcEnd, FaceArc, FaceContours, FaceNodeKind, Work};
+use super::face::{ArcEnd, FaceArc, FaceContours, FaceNodeKind, SLACK, Work};
 use super::fan::alike;
 use crate::mesh::FaceId;
 use crate::trace::edge::Crossing;
@@ -167,5 +167,22 @@ impl Work {
         };
         (chords.iter().enumerate())
             .any(|(k, &a)| chords[..k].iter().any(|&b| parts(a, b) && parts(b, a)))
+    }
+
+    /// Whether a contour ends on the side where it began, farther away than may
+    /// be neglected. Its chord lies in that side and so do those of all faces
+    /// there: it needs vertices on the way.
+    pub(super) fn contours_return(&self) -> bool {
+        let slack = SLACK * self.region.diameter();
+        (self.out.arcs.iter()).any(|arc| match arc.ends {
+            [
+                ArcEnd::Crossing { side: s, index: i },
+                ArcEnd::Crossing { side: t, index: j },
+            ] if s == t => {
+                let [p, q] = [i, j].map(|k| self.sides[s as usize][k as usize].at);
+                p.distance(q) > slack
+            }
+            _ => false,
+        })
     }
 }

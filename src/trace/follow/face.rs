@@ -7,7 +7,7 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 use super::contour::{self, Start, Stop};
-use super::fan::{Spoke, alike, fan};
+use super::fan::{ALIKE, Spoke, alike, fan};
 use super::refine::Refined;
 use super::region::{Exit, Region};
 use crate::mesh::FaceId;
@@ -99,7 +99,7 @@ const REFINED: [usize; 2] = [4, 16];
 
 /// How far a contour may lie beside its chord on a refined face, in sizes of
 /// the face: a fiftieth cannot be seen.
-const SLACK: f64 = 0.02;
+pub(super) const SLACK: f64 = 0.02;
 
 /// Solves a face given the vertices on its sides and the seeds inside it.
 pub fn solve_face(
@@ -110,7 +110,8 @@ pub fn solve_face(
     seeds: &[FaceSeed],
 ) -> FaceContours {
     let plain = follow_all(probe, region.clone(), sides, low_first, seeds);
-    let mut out = if plain.out.lost.is_empty() && !plain.contours_cross() {
+    let straight = !plain.contours_cross() && !plain.contours_return();
+    let mut out = if plain.out.lost.is_empty() && straight {
         plain.out
     } else {
         refined(probe, &region, sides, low_first, seeds)
@@ -511,6 +512,29 @@ impl Work {
         })
     }
 
+    /// The unused crossing of a side at a place where one wall of a contour has
+    /// just given way to another: crossings are decided exactly, and contours
+    /// to a tie.
+    fn taken_over(&self, probe: &Probe, side: usize, at: DVec3, pair: Pair) -> Option<usize> {
+        let exact = Tolerances::new(probe.walls().tolerances(), 0.0).decided;
+        let distance = distance_to(probe.field(), at, pair.left).0;
+        if probe.field().footpoint_near(at, pair.left).distance >= distance - exact {
+            return None;
+        }
+        let field = probe.field();
+        let away = |wall: FaceId| distance_to(field, at, wall).1;
+        let shares = |c: &Crossing| {
+            let own = [pair.left, pair.right].map(away);
+            let ties = |w: &FaceId| own.iter().any(|u| u.distance(away(*w)) < ALIKE);
+            c.walls.iter().any(ties)
+        };
+        let gap = |k: &usize| self.sides[side][*k].at.distance(at);
+        (0..self.sides[side].len())
+            .filter(|k| gap(k) <= self.near && !self.used[side][*k])
+            .filter(|k| shares(&self.sides[side][*k]))
+            .min_by(|a, b| gap(a).total_cmp(&gap(b)))
+    }
+
     fn arrive_on_side(
         &mut self,
         probe: &Probe,
@@ -529,6 +553,7 @@ impl Work {
                     .partial_cmp(&(self.used[side][b], gap(&known[b])))
                     .unwrap_or(std::cmp::Ordering::Equal)
             });
+        let best = best.or_else(|| self.taken_over(probe, side, at, pair));
         let index = match best {
             Some(k) if self.used[side][k] => {
                 return self.faded_short(ArcEnd::Crossing {

@@ -363,11 +363,15 @@ impl Follower<'_, '_, '_> {
         let near = one_place(distance, self.lengths.tie);
         let same = (landing.walls.iter())
             .position(|&w| field.footpoint_on(at, w).point.distance(point) <= near);
+        self.walls = std::mem::take(&mut landing.walls);
         let Some(k) = same else {
+            // Those at the landing, or at the last step, may be some facets away.
+            for wall in &mut self.walls {
+                *wall = self.probe.walls().settle(at, *wall, CREASE_ANGLE);
+            }
             return Some(Step::Stop(CurveStop::Junction { at, distance }));
         };
-        landing.walls[k] = other;
-        self.walls = std::mem::take(&mut landing.walls);
+        self.walls[k] = other;
         self.last = ahead.t;
         self.x = at;
         Some(Step::Turned)

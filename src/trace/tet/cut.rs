@@ -134,7 +134,8 @@ impl Work<'_, '_> {
         }
     }
 
-    /// A vertex in the middle of a polygon, on the mid-surface if it is found there.
+    /// A vertex in the middle of a polygon: on the mid-surface if that is found
+    /// within the tetrahedron, across the polygon first and then along it.
     fn add_middle(&mut self, points: &[DVec3]) -> (VertexKey, DVec3) {
         let centre = points.iter().sum::<DVec3>() / points.len() as f64;
         let reach = 0.5
@@ -143,7 +144,15 @@ impl Work<'_, '_> {
                 .map(|p| p.distance(centre))
                 .fold(0.0, f64::max);
         let normal = polygon::normal(points).normalize_or_zero();
-        let found = edge::crossing_near(self.probe, centre, normal, reach);
+        let (u, v) = match normal.try_normalize() {
+            Some(normal) => normal.any_orthonormal_pair(),
+            None => (DVec3::X, DVec3::Y),
+        };
+        let cage = self.cage;
+        let found = [normal, u, v].into_iter().find_map(|way| {
+            let found = edge::crossing_near(self.probe, centre, way, reach);
+            found.filter(|c| cage.excess(c.at, None) <= 0.0)
+        });
         let (at, walls) = match found {
             Some(c) => (c.at, SmallVec::from_slice(&c.walls)),
             None => (centre, SmallVec::new()),
