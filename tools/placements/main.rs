@@ -12,11 +12,14 @@
 //!
 //! A part is a file with its `PART.coping.txt`, if there is one, and what is
 //! right is its own topology where it lies at cells of one thickness; or one of
-//! the families made here, `torus` (a closed tube) and `wye` (three plates along
-//! one line), for which it is known.
+//! the [`families`] made here, for which it is known. Of most of these each
+//! placement has other dimensions: thicknesses, angles, numbers of webs.
+
+mod families;
 
 use std::process::ExitCode;
 
+use families::{FAMILIES, THICKNESS, make};
 use glam::{DMat3, DVec3};
 use midsurf::coping::read_tags;
 use midsurf::extract::{Extraction, Settings, extract};
@@ -75,6 +78,10 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
     fn turn(&mut self) -> DMat3 {
         let height = 2.0 * self.unit() - 1.0;
         let round = std::f64::consts::TAU * self.unit();
@@ -89,108 +96,6 @@ struct Given {
     coping: Vec<bool>,
     /// What is right, where it is known.
     want: Option<Shape>,
-}
-
-/// A closed tube: two tori one in the other, each of `ROUND` by `ACROSS` quads.
-fn torus() -> Given {
-    const ROUND: u32 = 64;
-    const ACROSS: u32 = 32;
-    const RADIUS: f64 = 12.0;
-    let turn = |k: u32, n: u32| std::f64::consts::TAU * f64::from(k % n) / f64::from(n);
-    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-    for (tube, outwards) in [(4.0, true), (3.0, false)] {
-        let first = positions.len() as u32;
-        for i in 0..ROUND {
-            for j in 0..ACROSS {
-                let (u, v) = (turn(i, ROUND), turn(j, ACROSS));
-                let from_axis = RADIUS + tube * v.cos();
-                positions.push(DVec3::new(
-                    from_axis * u.cos(),
-                    from_axis * u.sin(),
-                    tube * v.sin(),
-                ));
-            }
-        }
-        let at = |i: u32, j: u32| first + (i % ROUND) * ACROSS + j % ACROSS;
-        for (i, j) in (0..ROUND).flat_map(|i| (0..ACROSS).map(move |j| (i, j))) {
-            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-            let halves = [[a, b, c], [a, c, d]];
-            triangles.extend(halves.map(|[p, q, r]| if outwards { [p, q, r] } else { [p, r, q] }));
-        }
-    }
-    Given {
-        coping: vec![false; triangles.len()],
-        mesh: TriMesh {
-            positions,
-            triangles,
-        },
-        want: Some(Shape {
-            sheets: 1,
-            seams: 0,
-            junctions: 0,
-            fading: 0,
-            euler: 0,
-        }),
-    }
-}
-
-/// Three plates that meet along a line, a third of a turn apart.
-fn wye() -> Given {
-    const LENGTH: f64 = 14.0;
-    const HEIGHT: f64 = 12.0;
-    let arm = |k: u32| std::f64::consts::TAU * f64::from(k) / 3.0;
-    // Counter-clockwise: an arm's two end corners, then the corner between arms.
-    let mut outline = Vec::new();
-    for k in 0..3 {
-        let (sin, cos) = arm(k).sin_cos();
-        let (along, left) = (DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0));
-        let reflex = 60_f64.to_radians().tan().recip();
-        outline.extend([
-            LENGTH * along - left,
-            LENGTH * along + left,
-            reflex * along + left,
-        ]);
-    }
-    let n = outline.len() as u32;
-    let top = outline.iter().map(|p| *p + HEIGHT * DVec3::Z);
-    let positions: Vec<DVec3> = outline.iter().copied().chain(top).collect();
-    let mut caps = vec![[2, 5, 8]];
-    for k in 0..3 {
-        let [before, a, b, after] = [(3 * k + 8) % 9, 3 * k, 3 * k + 1, 3 * k + 2];
-        caps.extend([[before, a, b], [before, b, after]]);
-    }
-    let (mut triangles, mut coping) = (Vec::new(), Vec::new());
-    for [a, b, c] in caps {
-        triangles.extend([[a, c, b], [a + n, b + n, c + n]]);
-        coping.extend([true; 2]);
-    }
-    for a in 0..n {
-        let b = (a + 1) % n;
-        triangles.extend([[a, b, b + n], [a, b + n, a + n]]);
-        coping.extend([a % 3 == 0; 2]);
-    }
-    Given {
-        mesh: TriMesh {
-            positions,
-            triangles,
-        },
-        coping,
-        want: Some(Shape {
-            sheets: 3,
-            seams: 1,
-            junctions: 0,
-            fading: 0,
-            euler: 1,
-        }),
-    }
-}
-
-fn given(name: &str) -> Given {
-    match name {
-        "torus" => torus(),
-        "wye" => wye(),
-        file => read(file),
-    }
 }
 
 fn read(file: &str) -> Given {
@@ -260,6 +165,19 @@ fn judge(part: &Part, e: &Extraction, want: &Shape) -> Faults {
     }
 }
 
+/// A part where it lies, with its thickness and shape there; tells what is wrong.
+fn at_rest(name: &str, given: Given) -> (Given, f64, Shape) {
+    let (part, plain) = run(&given, |p| p, CellSize::Auto);
+    let thickness = plain.work.cell;
+    let want = given.want.unwrap_or_else(|| shape(&plain));
+    let faults = judge(&part, &plain, &want);
+    println!("{name}: t {thickness:.4}, {want:?}");
+    if faults.any() {
+        println!("  where it lies: {faults:?}");
+    }
+    (given, thickness, want)
+}
+
 fn main() -> ExitCode {
     let (mut count, mut seed, mut only, mut files) = (20u64, 1u64, None, Vec::new());
     let mut dump = None;
@@ -276,26 +194,31 @@ fn main() -> ExitCode {
     }
     let mut all_right = true;
     for file in &files {
-        let given = given(file);
-        let (part, plain) = run(&given, |p| p, CellSize::Auto);
-        let thickness = plain.work.cell;
-        let want = given.want.unwrap_or_else(|| shape(&plain));
-        let faults = judge(&part, &plain, &want);
-        println!("{file}: t {thickness:.4}, {want:?}");
-        if faults.any() {
-            println!("  where it lies: {faults:?}");
-        }
+        let family = FAMILIES.iter().find(|f| f.0 == file);
+        let varies = family.is_some_and(|f| f.1);
+        let start = |k: u64| Random(seed.wrapping_mul(0x1000_0000_01B3) ^ k);
+        let make = |random: &mut Random| make(file, random).unwrap_or_else(|| read(file));
+        let fixed = (!varies).then(|| at_rest(file, make(&mut start(0))));
         let (mut right, mut torn, mut lost, mut matched) = (0, 0, 0, 0);
         let mut bad = [0; 5];
         for k in 0..count {
             if only.is_some_and(|o| o != k) {
                 continue;
             }
-            let mut random = Random(seed.wrapping_mul(0x1000_0000_01B3) ^ k);
+            let mut random = start(k);
             let turn = random.turn();
-            let shift = DVec3::from_array(std::array::from_fn(|_| random.unit())) * thickness;
-            let cell = thickness * CELLS[0] * (CELLS[1] / CELLS[0]).powf(random.unit());
-            let (part, result) = run(&given, |p| turn * p + shift, CellSize::Length(cell));
+            let shift = DVec3::from_array(std::array::from_fn(|_| random.unit()));
+            let cell = CELLS[0] * (CELLS[1] / CELLS[0]).powf(random.unit());
+            let made;
+            let (given, thickness, want) = match &fixed {
+                Some((given, thickness, want)) => (given, *thickness, *want),
+                None => {
+                    made = make(&mut random);
+                    (&made, THICKNESS, made.want.expect("a family's shape"))
+                }
+            };
+            let (shift, cell) = (shift * thickness, cell * thickness);
+            let (part, result) = run(given, |p| turn * p + shift, CellSize::Length(cell));
             let faults = judge(&part, &result, &want);
             torn += usize::from(faults.torn > 0);
             lost += result.work.counts.lost;
