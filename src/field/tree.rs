@@ -243,7 +243,8 @@ impl Tree {
         if triangles.is_empty() {
             return Tree::default();
         }
-        let boxes: Vec<Aabb> = triangles.iter().map(|t| padded_box(t, frame)).collect();
+        let mut boxes: Vec<Aabb> = triangles.iter().map(|t| padded_box(t, frame)).collect();
+        tell_twins_apart(&mut boxes);
         let binary = binary_tree(&boxes);
         let mut build = Build {
             counts: subtree_counts(&binary),
@@ -361,6 +362,35 @@ fn round_up(x: f64) -> f32 {
     -round_down(-x)
 }
 
+/// Widens boxes that are equal, each by little and another amount.
+///
+/// The builder joins boxes that are each other's nearest. Where all are equal, all
+/// have the same nearest one, and every pass over them joins a single pair.
+fn tell_twins_apart(boxes: &mut [Aabb]) {
+    /// Tree units: more than rounding of areas, far less than parts of a part.
+    const STEP: f32 = 2.4e-7;
+    let bits = |i: u32| {
+        let Aabb { min, max } = boxes[i as usize];
+        [min, max].map(|corner| corner.to_array().map(f32::to_bits))
+    };
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    order.sort_unstable_by_key(|&i| (bits(i), i));
+    let twins: Vec<Vec<u32>> = order
+        .chunk_by(|&i, &j| bits(i) == bits(j))
+        .filter(|run| run.len() > 1)
+        .map(<[u32]>::to_vec)
+        .collect();
+    for (rank, i) in twins.iter().flat_map(|run| (0_u32..).zip(run)) {
+        // Bits of a multiplicative hash, 0 to 63 of either: neighbours in rank are
+        // far apart.
+        let hash = rank.wrapping_mul(0x9E37_79B9);
+        let [low, high] = [hash >> 26, (hash >> 20) & 63].map(|steps| steps as f32 * STEP);
+        let twin = &mut boxes[*i as usize];
+        twin.min -= Vec3A::splat(low);
+        twin.max += Vec3A::splat(high);
+    }
+}
+
 fn binary_tree(boxes: &[Aabb]) -> Bvh2 {
     let indices = (0..boxes.len() as u32).collect();
     let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
@@ -472,6 +502,23 @@ impl Build<'_> {
 mod tests {
     use super::super::FaceId;
     use super::*;
+
+    #[test]
+    fn equal_boxes_are_told_apart_and_widened_only() {
+        let one = Aabb::new(Vec3A::ZERO, Vec3A::ONE);
+        let other = Aabb::new(Vec3A::ZERO, Vec3A::splat(0.5));
+        let mut boxes = vec![one; 1000];
+        boxes.push(other);
+        tell_twins_apart(&mut boxes);
+        assert_eq!(boxes[1000].max, other.max);
+        assert!((boxes.iter()).all(|b| b.min.cmple(Vec3A::ZERO).all()));
+        assert!(boxes[..1000].iter().all(|b| b.max.cmpge(Vec3A::ONE).all()));
+        let corner = |b: &Aabb| [b.min.x, b.max.x].map(f32::to_bits);
+        let mut corners: Vec<_> = boxes[..1000].iter().map(corner).collect();
+        corners.sort_unstable();
+        corners.dedup();
+        assert!(corners.len() > 500, "{}", corners.len());
+    }
 
     /// A binary tree that is a mere chain gives a stack fuller than its room.
     #[test]

@@ -150,11 +150,16 @@ pub enum PartError {
 }
 
 fn open_remedy(weld: Option<f64>) -> String {
+    // Hollowing has an --open of its own, but no --distance.
+    const SURFACE: &str =
+        "--open both takes it for a surface without thickness, with --distance to both sides";
     match weld {
         Some(weld) => format!(
-            "its vertices do not quite meet: close the gaps in the modelling tool; or --weld {weld:.1e}, which closes it, if that is well below the wall thickness; or --repair"
+            "its vertices do not quite meet: close the gaps in the modelling tool; or --weld {weld:.1e}, which closes it, if that is well below the wall thickness; or --repair; {SURFACE}"
         ),
-        None => "close the holes in the modelling tool; --repair fills small flat ones; --allow-open goes on all the same, but inside and outside are then guesses near the gaps and sheets may be missing or cut short there".to_owned(),
+        None => format!(
+            "close the holes in the modelling tool; --repair fills small flat ones; --allow-open goes on all the same, but inside and outside are then guesses near the gaps and sheets may be missing or cut short there; {SURFACE}"
+        ),
     }
 }
 

@@ -8,6 +8,9 @@ use crate::intake::{Input, facets, shown_ranges};
 use crate::io::quote::figure;
 use crate::settings::warning::Warning;
 
+/// Points of a look at faces that are only held against ends found before them.
+const GLANCE: usize = 2000;
+
 /// Faces named, at most.
 const NAMED: usize = 8;
 
@@ -23,7 +26,10 @@ pub(super) fn missed_warnings(input: &Input, result: &Extraction) -> Vec<Warning
         Some(detection) => detection,
         // The tags come from a file: what would have been found?
         None => {
-            own = detect(input.part.mesh(), &Options::default());
+            let glance = Options {
+                samples: Some(GLANCE),
+            };
+            own = detect(input.part.mesh(), &glance);
             &own
         }
     };

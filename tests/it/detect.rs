@@ -61,6 +61,39 @@ fn generated_parts_are_tagged_as_drawn() {
     }
 }
 
+/// Parts with one difficulty each.
+const DIFFICULT: [&str; 2] = ["hook", "tab"];
+
+#[test]
+fn difficult_parts_are_tagged_as_people_would() {
+    for name in DIFFICULT {
+        let (mesh, truth) = fixture_part(&format!("faces/{name}"));
+        assert_eq!(found(&mesh), truth, "{name}");
+    }
+}
+
+#[test]
+fn small_parts_are_looked_at_from_fewer_points() {
+    let points = |name| detect(&fixture_part(name).0, &Options::default()).samples;
+    assert!(points("wavy_rib") < 5000);
+    assert!(points("enclosure") > 7500);
+}
+
+#[test]
+fn a_heap_of_triangles_is_no_part() {
+    // Far more than could each be held against all others in the time of a test.
+    let heap = TriMesh {
+        positions: (0..120_000)
+            .map(|i| DVec3::new(f64::from(i % 3 == 1), f64::from(i % 3 == 2), 0.0))
+            .collect(),
+        triangles: (0..40_000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+    };
+    let detection = detect(&heap, &Options::default());
+    assert_eq!(detection.verdict(), Verdict::Open);
+    assert!(detection.questions().is_empty());
+    assert!(detection.flags.iter().all(|&flag| !flag));
+}
+
 #[test]
 fn a_real_case_is_tagged_nearly_as_people_did() {
     let (mesh, truth) = fixture_part("sensor_case");

@@ -44,10 +44,10 @@ pub(crate) struct Args {
     /// Tag file to write: TOML if the name ends in .toml, else text
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// About how many points of the surface to look at
-    #[arg(long, value_name = "N", default_value_t = Options::default().samples as u32,
-          value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
-    samples: u32,
+    /// About how many points of the surface to look at [default: one a squared wall
+    /// thickness, 4000 to 8000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    samples: Option<u32>,
     /// Picture of the part (.png): coping red, in doubt yellow if coping and
     /// orange if wall
     #[arg(long, value_name = "FILE")]
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let (loaded, warnings) = args.reading.with(Some(&args.select)).load(&args.part)?;
     print_warnings(&warnings);
     let options = Options {
-        samples: args.samples as usize,
+        samples: args.samples.map(|samples| samples as usize),
     };
     let detection = detect(&loaded.mesh, &options);
     let report = as_json(args, &loaded, &detection, (start, &warnings));

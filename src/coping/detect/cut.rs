@@ -18,9 +18,6 @@ use crate::mesh::sets::Sets;
 /// over which width the evidence grows to its whole weight.
 const STRONG: [f64; 2] = [0.9, 0.7];
 
-/// Evidence, in squared thicknesses, that either side of a cut needs.
-const EVIDENCE: f64 = 4.0;
-
 /// Area of a piece, in squared thicknesses.
 const AREA: f64 = 3.0;
 
@@ -63,7 +60,8 @@ pub(super) fn cut(
     }
     let needs = |face: usize| {
         let sum = &sums[face];
-        let least = EVIDENCE * sum.thickness().powi(2);
+        // Less evidence than this cannot be that of a piece.
+        let least = CLEAR * AREA * sum.thickness().powi(2);
         faces.kinds[face] == Kind::Flat && sum.coping.min(sum.wall) > least
     };
     let undecided: Vec<usize> = (0..before).filter(|&face| needs(face)).collect();

@@ -5,7 +5,7 @@ use super::decide::Decision;
 use super::faces::{Faces, Kind};
 use super::measures::{Measures, means};
 use super::probes::Probe;
-use super::samples::Sample;
+use super::samples::{SMOOTH, Sample};
 use super::surface::Surface;
 
 /// Doubts below this are not worth a word.
@@ -92,7 +92,14 @@ struct Shares {
     rim_like: Vec<f64>,
     side: Vec<f64>,
     opposite: Vec<f64>,
+    /// Of its sharp border, what is concave.
+    concave: Vec<f64>,
 }
+
+/// Share of the border that is concave up to which a face may be closed by convex
+/// edges on both sides, and from which it is a step for sure: half of the border of
+/// a strip that has a concave edge along one side.
+const STEP: [f64; 2] = [0.3, 0.4];
 
 impl Seen<'_> {
     /// One entry a face.
@@ -145,7 +152,27 @@ impl Seen<'_> {
                 self.samples.iter().zip(self.probes).map(side),
             ),
             opposite: mean(&opposite),
+            concave: self.concave(),
         }
+    }
+
+    fn concave(&self) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0); self.faces.len()];
+        for edge in self.surface.edges.iter().filter(|e| e.angle() >= SMOOTH) {
+            let [a, b] = edge.faces.map(|t| self.faces.of(t));
+            if a == b {
+                continue;
+            }
+            for face in [a, b] {
+                let (concave, whole) = &mut sums[face];
+                *whole += edge.length;
+                if edge.bend < 0.0 {
+                    *concave += edge.length;
+                }
+            }
+        }
+        let share = |(concave, whole): (f64, f64)| concave / whole.max(f64::MIN_POSITIVE);
+        sums.into_iter().map(share).collect()
     }
 
     /// Pairs of faces with a common edge, sorted.
@@ -180,7 +207,9 @@ impl Seen<'_> {
             graded.push((shares.side[face], Reason::SideIsCoping));
         } else {
             // A step, with a concave edge on one side, is a wall for sure.
-            let weak = open * (0.2 + 1.6 * shares.ended[face]).clamp(0.0, 1.0);
+            let convex = ((STEP[1] - shares.concave[face]) / (STEP[1] - STEP[0])).clamp(0.0, 1.0);
+            let ended = shares.ended[face] * convex;
+            let weak = open * (0.2 + 1.6 * ended).clamp(0.0, 1.0);
             graded.push((weak, Reason::Weak));
             if round {
                 graded.push(((2.0 * shares.rim[face]).min(0.6), Reason::Round));

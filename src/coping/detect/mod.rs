@@ -41,17 +41,15 @@ pub use question::{ASK, Question};
 pub use verdict::Verdict;
 
 /// How closely to look.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// About how many points of the surface are looked at.
-    pub samples: usize,
+    /// About how many points of the surface are looked at; by default one a
+    /// squared wall thickness, but no fewer than 4,000 and no more than 8,000.
+    pub samples: Option<usize>,
 }
 
-impl Default for Options {
-    fn default() -> Options {
-        Options { samples: 8000 }
-    }
-}
+/// Points looked at by default, at least and at most.
+const SAMPLES: [f64; 2] = [4000.0, 8000.0];
 
 /// A face that was found, coping or wall.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,7 +118,17 @@ pub fn detect(mesh: &TriMesh, options: &Options) -> Detection {
         return Detection::none(mesh);
     }
     let surface = Surface::new(mesh);
-    let samples = samples::spread(&surface, options.samples);
+    if surface.is_loose() {
+        return Detection {
+            odd_edges: surface.odd_edges,
+            open: true,
+            ..Detection::none(mesh)
+        };
+    }
+    let [least, most] = SAMPLES;
+    // No number where there is no area; without a volume, too large a one.
+    let by_size = || surface.squares().max(least).min(most) as usize;
+    let samples = samples::spread(&surface, options.samples.unwrap_or_else(by_size));
     let probes = probes::look(&surface, &samples);
     let thickness = faces::thickness(&surface, &samples, &probes);
     let mut faces = Faces::find(&surface, &thickness);

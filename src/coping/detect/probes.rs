@@ -15,8 +15,8 @@ use super::surface::Surface;
 
 /// Directions in which the shortest chord is sought, over half a turn; then
 /// halved [`HALVINGS`] times, to 2 degrees.
-const DIRECTIONS: usize = 12;
-const HALVINGS: i32 = 3;
+const DIRECTIONS: usize = 6;
+const HALVINGS: i32 = 4;
 
 /// Where a ball touches within this angle of its first contact, degrees, it
 /// meets the next facet of the same curved face, not the wall's other side.
@@ -223,7 +223,7 @@ impl Looker<'_> {
                 width * (POST[0] + POST[1]).exp2(),
             );
             probe.plate = (((third / width).log2() - POST[0]) / POST[1]).clamp(0.0, 1.0);
-            let fits = self.surface.nearest(inner, self.sample.face).0 > FIT * half;
+            let fits = self.fits_behind(inner, chord, half);
             probe.goes_on = STANDS_AT.iter().any(|at| {
                 let behind = middle - (at * width).min(0.5 * depth) * n;
                 let reach = 2.0 * width;
@@ -238,6 +238,18 @@ impl Looker<'_> {
             probe.across = self.across(probe.thickness);
         }
         probe
+    }
+
+    /// Whether a ball fits behind the face, `half` a width below it. Where the face
+    /// leans, the wall has moved aside there: the ball stands in its middle.
+    fn fits_behind(&self, inner: DVec3, chord: &Chord, half: f64) -> bool {
+        let way = |way| self.surface.ray(inner, way, 2.0 * half);
+        let aside = match (way(chord.direction), way(-chord.direction)) {
+            (Some((one, _)), Some((other, _))) => 0.5 * (one - other),
+            _ => 0.0,
+        };
+        let centre = inner + aside * chord.direction;
+        self.surface.nearest(centre, self.sample.face).0 > FIT * half
     }
 
     /// Radius of the ball inside that touches here (shrinking ball: Ma, Bae

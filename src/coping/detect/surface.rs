@@ -53,6 +53,7 @@ pub(super) struct Surface {
     /// Whether some edge is not run equally often both ways.
     pub open: bool,
     pub diagonal: f64,
+    volume: f64,
     field: Field,
 }
 
@@ -67,7 +68,8 @@ impl Surface {
             .map(|face| welded.area_vector(face))
             .collect();
         // A closed part turned inside out is read the right way round.
-        let turn = if welded.volume() < 0.0 { -1.0 } else { 1.0 };
+        let volume = welded.volume();
+        let turn = if volume < 0.0 { -1.0 } else { 1.0 };
         let longest: Vec<f64> = corners.iter().map(longest_side).collect();
         let mut surface = Surface {
             areas: vectors.iter().map(|v| 0.5 * v.length()).collect(),
@@ -85,6 +87,7 @@ impl Surface {
             odd_edges: 0,
             open: false,
             diagonal: welded.bounds().diagonal(),
+            volume: volume.abs(),
             field,
         };
         surface.join(&welded);
@@ -95,6 +98,20 @@ impl Surface {
 
     pub fn len(&self) -> usize {
         self.areas.len()
+    }
+
+    /// Whether most edges join no two triangles: a heap of triangles has no inside
+    /// to look into.
+    pub fn is_loose(&self) -> bool {
+        self.edges.len() < self.odd_edges
+    }
+
+    /// How many squares as wide as the walls are thick the surface has, taken for
+    /// thin walls all over: their volume is half the area times the thickness.
+    pub fn squares(&self) -> f64 {
+        let area: f64 = self.areas.iter().sum();
+        let thickness = 2.0 * self.volume / area;
+        area / (thickness * thickness)
     }
 
     fn join(&mut self, mesh: &TriMesh) {

@@ -66,7 +66,7 @@ const DETECT: [&str; 7] = [
 pub(crate) fn detect_coping(
     py: Python<'_>,
     part: Source,
-    samples: usize,
+    samples: Option<usize>,
     preparing: Preparing,
     threads: Option<usize>,
 ) -> PyResult<Tags> {

@@ -162,13 +162,15 @@ def _elements(
 
 
 def detect_coping(
-    part: Part, *, samples: int = 8000, threads: int | None = None, **how_read: Unpack[Reading]
+    part: Part, *, samples: int | None = None, threads: int | None = None, **how_read: Unpack[Reading]
 ) -> CopingTags:
     """Finds the coping faces of a part: the narrow faces that close a wall.
 
-    :param samples: about how many points of the surface are looked at.
+    :param samples: about how many points of the surface are looked at; by default one a squared wall
+        thickness, 4,000 to 8,000.
     """
-    found = _midsurf.detect_coping(mesh(part), _whole("samples", samples), reading(how_read), _count(threads))
+    points = None if samples is None else _whole("samples", samples)
+    found = _midsurf.detect_coping(mesh(part), points, reading(how_read), _count(threads))
     return CopingTags(found, warned(found.warnings))
 
 
