@@ -44,19 +44,67 @@ impl Settings {
     /// is not to be resolved.
     pub const SAG: f64 = 0.15;
 
-    /// Settings for elements that are to be halved.
-    pub(super) fn coarse(&self) -> Settings {
-        Settings {
-            size: 2.0 * self.size,
-            sag: COARSE_SAG * self.sag,
-            ..*self
+    /// What elements are to be in the end.
+    pub(super) fn wanted(&self) -> Wanted {
+        Wanted {
+            size: self.size,
+            sag: self.sag,
+            // Half the length of those that are halved.
+            wall_sag: if self.quads {
+                0.25 * COARSE_SAG * self.sag
+            } else {
+                self.sag
+            },
+            wall_arc: if self.quads { WARP_ARC } else { f64::INFINITY },
+            grading: self.grading,
+            arc: ARC,
+            parts: 1.0,
         }
     }
+
+    /// What elements are to be before they are halved.
+    pub(super) fn coarse(&self) -> Wanted {
+        Wanted {
+            size: 2.0 * self.size,
+            sag: COARSE_SAG * self.sag,
+            wall_sag: COARSE_SAG * self.sag,
+            wall_arc: 2.0 * WARP_ARC,
+            grading: COARSE_GRADING * self.grading,
+            arc: COARSE_ARC,
+            parts: 2.0,
+        }
+    }
+}
+
+/// Elements that are wanted.
+pub(super) struct Wanted {
+    /// Edge length, part units.
+    pub(super) size: f64,
+    /// How far edges may run beside a line, part units.
+    pub(super) sag: f64,
+    /// How far they may run beside a curved wall.
+    wall_sag: f64,
+    /// Angle that an edge on a curved wall may span.
+    wall_arc: f64,
+    /// Growth of edges away from fine places, by length.
+    grading: f64,
+    /// Angle that an edge of a line may span.
+    arc: f64,
+    /// Parts that an edge will be cut into.
+    parts: f64,
 }
 
 /// Edges of a line span at most this share of its radius of curvature, so that
 /// a small hole stays an octagon.
 const ARC: f64 = 0.8;
+
+/// Edges to be halved may span an arc and a half.
+const COARSE_ARC: f64 = 1.5 * ARC;
+
+/// Angle that a side of a quadrilateral may span on a curved wall: lying askew it
+/// bends by seven tenths of that, which would be 16 degrees, but its vertices
+/// move to where it bends less.
+const WARP_ARC: f64 = 0.4;
 
 /// Elements that are to be halved may stray so much farther than their halves
 /// may: four times would do on a round wall, but edits could no longer tell
@@ -75,54 +123,42 @@ const FLOOR_IN_SAGS: f64 = 1.5;
 /// The target edge length at every vertex: the element size, less where a wall
 /// or a line bends, where lines are short or close together, and growing away
 /// from such places by [`Settings::grading`].
-///
-/// Elements that are to be halved may be twice as long there; not beside bent
-/// walls, where a quadrilateral warps that lies askew.
 pub(super) fn sizes(
     complex: &Complex,
     vertices: &[MarkedVertex],
     lines: &Lines,
     ground: &dyn Ground,
-    settings: &Settings,
+    wanted: &Wanted,
 ) -> Vec<f64> {
-    let mut size = vec![settings.size; vertices.len()];
-    let floor = (FLOOR * settings.size).max(FLOOR_IN_SAGS * settings.sag);
+    let mut size = vec![wanted.size; vertices.len()];
+    let floor = (FLOOR * wanted.size).max(FLOOR_IN_SAGS * wanted.sag);
     let lower = |v: u32, to: f64, size: &mut Vec<f64>| {
         let slot = &mut size[v as usize];
         *slot = slot.min(to.max(floor));
     };
     let around = Neighbours::new(complex);
-    let (parts, sag, grading) = match settings.quads {
-        true => (
-            2.0,
-            settings.sag / COARSE_SAG,
-            COARSE_GRADING * settings.grading,
-        ),
-        false => (1.0, settings.sag, settings.grading),
-    };
     for v in 0..vertices.len() as u32 {
         let bend = wall_bend(v, &around, complex, vertices, ground);
         if bend > 0.0 {
-            lower(v, (8.0 * sag / bend).sqrt(), &mut size);
+            let most = (8.0 * wanted.wall_sag / bend).sqrt();
+            lower(v, most.min(wanted.wall_arc / bend), &mut size);
         }
     }
-    // Edges to be halved may span an arc and a half.
-    let arc = if settings.quads { 1.5 * ARC } else { ARC };
-    for (v, bend) in lines.bends(complex, 0.5 * settings.size) {
-        let most = (8.0 * settings.sag / bend).sqrt().min(arc / bend);
+    for (v, bend) in lines.bends(complex, 0.5 * wanted.size) {
+        let most = (8.0 * wanted.sag / bend).sqrt().min(wanted.arc / bend);
         lower(v, most, &mut size);
     }
     for course in lines.courses() {
         if course.ends()[0] != course.ends()[1] {
             for v in course.ends() {
-                lower(v, parts * course.length(), &mut size);
+                lower(v, wanted.parts * course.length(), &mut size);
             }
         }
     }
-    for (v, gap) in gaps(complex, lines, &around, settings.size / parts) {
-        lower(v, parts * gap, &mut size);
+    for (v, gap) in gaps(complex, lines, &around, wanted.size / wanted.parts) {
+        lower(v, wanted.parts * gap, &mut size);
     }
-    grade(&mut size, &around, grading);
+    grade(&mut size, &around, wanted.grading);
     size
 }
 

@@ -1,6 +1,7 @@
 //! Splits, contractions and flips.
 
 use glam::DVec3;
+use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::Remesher;
@@ -12,13 +13,13 @@ use crate::surface::marked::MarkedVertex;
 
 /// Edges longer than this, against their target, are split: halves are then
 /// as far below the target as the edge was above.
-const LONG: f64 = 1.4;
+pub(super) const LONG: f64 = 1.4;
 
 /// Edges shorter than this, against their target, are contracted.
 const SHORT: f64 = 0.75;
 
 /// Sine of an angle of 25 degrees: good enough for an edit for length's sake.
-const GOOD: f64 = 0.42;
+pub(super) const GOOD: f64 = 0.42;
 
 /// An edit for length's sake may lower the sine of worse angles to this share.
 const LOSS: f64 = 0.6;
@@ -88,22 +89,30 @@ impl Remesher<'_> {
         vertex: MarkedVertex,
         chord: bool,
     ) {
-        let size = 0.5 * (self.size[a as usize] + self.size[b as usize]);
         let place = self.lines.of_edge(a, b).map_or(0.0, |line| {
             let [s, t] = self.lines.span(&self.complex, line, a, b);
             0.5 * (s + t)
         });
         self.lines.split(a, b, new, place);
-        self.note_vertex(new, vertex, chord, size);
+        self.note_vertex(new, vertex, chord, &[a, b]);
     }
 
-    /// Notes a new vertex of a sheet or line.
-    pub(super) fn note_vertex(&mut self, new: u32, vertex: MarkedVertex, chord: bool, size: f64) {
+    /// Notes a new vertex of a sheet or line, amid others.
+    pub(super) fn note_vertex(
+        &mut self,
+        new: u32,
+        vertex: MarkedVertex,
+        chord: bool,
+        amid: &[u32],
+    ) {
+        for size in [&mut self.size, &mut self.fine] {
+            let sum: f64 = amid.iter().map(|&v| size[v as usize]).sum();
+            size.push(sum / amid.len() as f64);
+        }
         self.vertices.push(vertex);
         self.chord.push(chord);
         self.straight.push(None);
         self.normals.push(DVec3::ZERO);
-        self.size.push(size);
         self.note_normal(new);
     }
 
@@ -168,9 +177,14 @@ impl Remesher<'_> {
     }
 
     pub(super) fn contract_short(&mut self) {
+        self.contract_shorter(SHORT);
+    }
+
+    /// Contracts edges that are shorter than this, against their target.
+    pub(super) fn contract_shorter(&mut self, short: f64) {
         for _ in 0..PASSES {
             let before = self.edits.contracted;
-            for (a, b) in self.edges_off(|ratio| ratio < SHORT) {
+            for (a, b) in self.edges_off(|ratio| ratio < short) {
                 if !self.complex.adjacent(a, b) {
                     continue;
                 }
@@ -261,7 +275,13 @@ impl Remesher<'_> {
 
     /// Contracts any edge at a poor triangle where that betters the worst angle.
     pub(super) fn contract_poor(&mut self) {
-        for t in self.poor_triangles() {
+        let poor = self.poor_triangles();
+        self.contract_at(poor);
+    }
+
+    /// The same at some triangles.
+    pub(super) fn contract_at(&mut self, triangles: Vec<u32>) {
+        for t in triangles {
             let Some(corners) = self.complex.corners(t) else {
                 continue;
             };
@@ -297,13 +317,20 @@ impl Remesher<'_> {
 
     /// Flips edges inside sheets where that betters the worst angle.
     pub(super) fn flip_poor(&mut self) {
+        self.flip_poor_of(&|_| true);
+    }
+
+    /// The same where it is allowed between two triangles.
+    pub(super) fn flip_poor_of(&mut self, allowed: &dyn Fn([u32; 2]) -> bool) {
         for _ in 0..PASSES {
             let before = self.edits.flipped;
             for (a, b) in self.complex.edges() {
                 if !self.complex.adjacent(a, b) || !self.gains_by_flip(a, b) {
                     continue;
                 }
-                if let Some(wings) = self.complex.wings(a, b) {
+                if let Some(wings) = self.complex.wings(a, b)
+                    && allowed(wings.map(|w| w.0))
+                {
                     self.complex.flip(a, b, wings);
                     self.edits.flipped += 1;
                 }
@@ -323,5 +350,26 @@ impl Remesher<'_> {
         after > GAIN * before
             && flip.gap <= self.sag
             && halves.all(|(corners, shape)| self.upright(corners, shape))
+    }
+
+    /// Middles of all edges but those inside quadrilaterals, on their lines and
+    /// sheets, where they are found; low vertex first, in order.
+    pub(super) fn middles(&self) -> Vec<([u32; 2], DVec3)> {
+        let mut number = 0..;
+        let numbers: Vec<Option<u32>> = (0..self.vertices.len() as u32)
+            .map(|v| {
+                (!self.complex.around(v).is_empty())
+                    .then(|| number.next())
+                    .flatten()
+            })
+            .collect();
+        let edges = self.complex.edges();
+        (edges.into_par_iter())
+            .filter_map(|(a, b)| {
+                let (middle, chord) = self.halfway(a, b);
+                let ends = [numbers[a as usize]?, numbers[b as usize]?];
+                (!chord).then_some((ends, middle.at))
+            })
+            .collect()
     }
 }

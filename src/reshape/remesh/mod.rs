@@ -21,7 +21,9 @@
 //!   together than [`Settings::grading`] can make up for.
 
 mod edits;
+mod faces;
 mod halve;
+mod matching;
 mod quads;
 mod relax;
 mod straight;
@@ -33,8 +35,8 @@ use super::complex::{Complex, Rank};
 use super::ground::Ground;
 use super::lines::Lines;
 use super::shape::Shape;
-use super::size::sizes;
 pub use super::size::{Junctions, Settings};
+use super::size::{Wanted, sizes};
 use crate::surface::Ball;
 use crate::surface::marked::{MarkedMesh, MarkedVertex};
 use straight::Support;
@@ -86,12 +88,7 @@ const CORNER_WIDTH: f64 = 0.1;
 
 /// Remeshes towards an element size.
 pub(crate) fn remesh(mesh: &MarkedMesh, ground: &dyn Ground, settings: &Settings) -> Meshed {
-    // Quadrilaterals come of halving.
-    let first = match settings.quads {
-        true => settings.coarse(),
-        false => *settings,
-    };
-    let mut remesher = Remesher::new(mesh, ground, &first);
+    let mut remesher = Remesher::new(mesh, ground, settings);
     for _ in 0..ROUNDS {
         remesher.contract_short();
         remesher.split_long();
@@ -140,6 +137,8 @@ struct Remesher<'a> {
     normals: Vec<DVec3>,
     /// Target edge length at each vertex.
     size: Vec<f64>,
+    /// That of the elements that these are to be halved to, for quadrilaterals.
+    fine: Vec<f64>,
     lines: Lines,
     /// The wall carried on to a vertex, once junctions are straight.
     straight: Vec<Option<Support>>,
@@ -154,13 +153,24 @@ struct Remesher<'a> {
 
 impl<'a> Remesher<'a> {
     fn new(mesh: &MarkedMesh, ground: &'a dyn Ground, settings: &Settings) -> Remesher<'a> {
+        let wanted = settings.wanted();
+        // Quadrilaterals come of halving.
+        let first = match settings.quads {
+            true => settings.coarse(),
+            false => settings.wanted(),
+        };
         let mut complex = Complex::new(mesh);
         let angle = CORNER.to_radians();
-        for v in Lines::new(&complex, &mesh.vertices).corners(CORNER_WIDTH * settings.size, angle) {
+        for v in Lines::new(&complex, &mesh.vertices).corners(CORNER_WIDTH * first.size, angle) {
             complex.pin(v);
         }
         let lines = Lines::new(&complex, &mesh.vertices);
-        let size = sizes(&complex, &mesh.vertices, &lines, ground, settings);
+        let sizes = |wanted: &Wanted| sizes(&complex, &mesh.vertices, &lines, ground, wanted);
+        let size = sizes(&first);
+        let fine = match settings.quads {
+            true => sizes(&wanted),
+            false => size.clone(),
+        };
         let mut remesher = Remesher {
             vertices: mesh.vertices.clone(),
             normals: vec![DVec3::ZERO; mesh.vertices.len()],
@@ -169,10 +179,11 @@ impl<'a> Remesher<'a> {
             targets: Vec::new(),
             frozen: false,
             size,
+            fine,
             lines,
             complex,
             ground,
-            sag: settings.sag,
+            sag: first.sag,
             edits: Edits::default(),
         };
         for v in 0..mesh.vertices.len() as u32 {
