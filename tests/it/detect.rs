@@ -61,22 +61,17 @@ fn generated_parts_are_tagged_as_drawn() {
     }
 }
 
-/// Parts with one difficulty each.
-const DIFFICULT: [&str; 2] = ["hook", "tab"];
-
 #[test]
-fn difficult_parts_are_tagged_as_people_would() {
-    for name in DIFFICULT {
-        let (mesh, truth) = fixture_part(&format!("faces/{name}"));
-        assert_eq!(found(&mesh), truth, "{name}");
-    }
+fn the_leaning_face_of_a_hook_closes_its_wall() {
+    let (mesh, truth) = fixture_part("faces/hook");
+    assert_eq!(found(&mesh), truth);
 }
 
 #[test]
 fn small_parts_are_looked_at_from_fewer_points() {
     let points = |name| detect(&fixture_part(name).0, &Options::default()).samples;
-    assert!(points("wavy_rib") < 5000);
-    assert!(points("enclosure") > 7500);
+    assert!(points("wavy_rib") < 4100);
+    assert!(points("enclosure") > 4400);
 }
 
 #[test]

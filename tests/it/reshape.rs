@@ -194,7 +194,15 @@ fn quads_are_most_elements_and_neither_low_nor_folded() {
         };
         let part = part(name);
         let result = extract(&part, &settings, &|_, _, _| ()).unwrap();
-        assert_eq!(topology(&result), topology(&run(&part, None)), "{name}");
+        // Vertices left on a chord have no feet; they are few.
+        let counts = result.graph.counts();
+        let lone = 100 * counts.lone_feet;
+        assert!(lone <= 2 * counts.vertices, "{name}: {}", counts.lone_feet);
+        let same = Counts {
+            lone_feet: 0,
+            ..topology(&result)
+        };
+        assert_eq!(same, topology(&run(&part, None)), "{name}");
         let surface = &result.surface;
         assert_eq!(self_intersections(&surface.mesh()), [], "{name}");
         let all = surface.triangles().len() - result.quads.len();
