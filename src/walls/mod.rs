@@ -267,7 +267,8 @@ impl<'a> Walls<'a> {
                     let nearer = foot.distance < best.distance * (1.0 - 1e-14);
                     if nearer
                         && ((x - foot.point).normalize_or_zero().dot(away) >= cosine
-                            || self.smooth_neighbours(here.face, next, crease))
+                            || (self.smooth_neighbours(here.face, next, crease)
+                                && self.steps_over(&here, &foot)))
                     {
                         best = foot;
                     }
@@ -334,14 +335,15 @@ impl<'a> Walls<'a> {
             return true;
         }
         let chord = a.point.distance(b.point);
-        // Round a corner of a hole the way is long for a footpoint that has
-        // hardly moved, seen from the point that it belongs to.
-        let way = if chord <= HARDLY_MOVED * a.distance {
-            LONGEST_WAY
-        } else {
-            SLIDE_WAY
-        };
-        chord <= 4.0 * self.tolerances.tie || self.path(a, b, way * chord).is_some()
+        chord <= 4.0 * self.tolerances.tie || self.path(a, b, longest_slide(a, b)).is_some()
+    }
+
+    /// Whether a footpoint may slide over the common edge of two neighbours: round
+    /// the corner of a notch in one flat wall it jumps.
+    fn steps_over(&self, a: &Footpoint, b: &Footpoint) -> bool {
+        let chord = a.point.distance(b.point);
+        chord <= 4.0 * self.tolerances.tie
+            || self.path_over_one(a, b, longest_slide(a, b)).is_some()
     }
 
     /// Whether the wall between two footpoints is plain: the way over it is
@@ -362,19 +364,11 @@ impl<'a> Walls<'a> {
         !self.field.is_coping(face) || self.field.normal(face) == DVec3::ZERO
     }
 
-    /// The path between neighbours, over a common edge or corner.
+    /// The path between neighbours, over their common edge.
     fn path_over_one(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
         let corners = self.field.corners(a.face);
-        let at = match self.neighbours[a.face.index()]
-            .iter()
-            .position(|&n| n == Some(b.face))
-        {
-            Some(k) => straight_crossing(a.point, b.point, [corners[k], corners[(k + 1) % 3]]),
-            None => {
-                let (s, t) = (self.indices[a.face.index()], self.indices[b.face.index()]);
-                corners[(0..3).find(|&k| t.contains(&s[k]))?]
-            }
-        };
+        let k = (self.neighbours[a.face.index()].iter()).position(|&n| n == Some(b.face))?;
+        let at = straight_crossing(a.point, b.point, [corners[k], corners[(k + 1) % 3]]);
         let path = Path::of(&[a.point, at, b.point]);
         (path.length <= length).then_some(path)
     }
@@ -434,14 +428,6 @@ impl<'a> Walls<'a> {
                 if let Some(next) = next.filter(|&n| self.is_way(n) && !seen.contains(&n)) {
                     step(next, [corners[k], corners[(k + 1) % 3]]);
                 }
-                // Two walls may touch in a corner only, where a third one ends.
-                for &next in self.around(self.indices[way.face.index()][k]) {
-                    if !seen.contains(&next)
-                        && !self.neighbours[way.face.index()].contains(&Some(next))
-                    {
-                        step(next, [corners[k]; 2]);
-                    }
-                }
             }
         }
         None
@@ -468,6 +454,19 @@ fn pieces(triangles: &[[u32; 3]], vertices: usize, is_coping: impl Fn(FaceId) ->
         }
     }
     triangles.iter().map(|t| find(&mut root, t[0])).collect()
+}
+
+/// Longest path by which a footpoint slides from `a` to `b`: round a corner of a
+/// hole the way is long for one that has hardly moved, seen from the point that
+/// it belongs to.
+fn longest_slide(a: &Footpoint, b: &Footpoint) -> f64 {
+    let chord = a.point.distance(b.point);
+    let way = if chord <= HARDLY_MOVED * a.distance {
+        LONGEST_WAY
+    } else {
+        SLIDE_WAY
+    };
+    way * chord
 }
 
 /// Object angle of `x`, degrees: 180 between parallel walls.
