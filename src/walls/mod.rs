@@ -8,6 +8,7 @@
 //! coping cuts it, so a web is never mistaken for a fin, however weak its
 //! object angle.
 
+pub mod pinch;
 pub mod thickness;
 
 use std::cmp::Reverse;
