@@ -39,7 +39,7 @@ impl Walls<'_> {
         for &(face, k) in &other {
             let c = self.field.corners(face);
             let side = |j: usize| (c[(k + j) % 3] - corner).normalize_or_zero();
-            let (from, to) = (side(2), side(1));
+            let (from, to) = (side(1), side(2));
             let place = |s: f64| corner + way * from.lerp(to, s).normalize_or_zero();
             let lead = |s: f64| Some(off(&one, place(s))?.0 - off(&two, place(s))?.0);
             let (mut low, mut high) = (0.0, 1.0);
