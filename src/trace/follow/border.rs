@@ -183,12 +183,7 @@ pub fn follow(
 }
 
 /// The way on where a border runs into a corner in which its two walls touch.
-fn over_pinch(
-    probe: &Probe,
-    region: &Region,
-    at: DVec3,
-    near: f64,
-) -> Option<Onward> {
+fn over_pinch(probe: &Probe, region: &Region, at: DVec3, near: f64) -> Option<Onward> {
     /// How far from the corner walls are told apart again, in lengths that are one point.
     const CLEAR: f64 = 16.0;
     let Barrier::Fences(fences) = &region.barrier else {
