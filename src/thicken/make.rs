@@ -3,10 +3,11 @@
 use std::time::Instant;
 
 use crate::dual_contour::{self, Contour, Grid, GridError, Numbers};
+use crate::field::Missing;
 use crate::mesh::{Bounds, TriMesh, cleared, self_intersections};
 use crate::settings::progress::{Progress, Stop, Stopped};
 
-use super::measure::{Missing, deviation, missing};
+use super::measure::{deviation, missing};
 use super::patch::Patch;
 use super::solid::ThickSolid;
 use super::{Settings, ThickenError, Thickened, Way, collar, cut, sharpen};

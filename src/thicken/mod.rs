@@ -69,7 +69,7 @@ use make::Maker;
 use patch::Patch;
 use repair::repair;
 
-pub use measure::Missing;
+pub use crate::field::Missing;
 pub use repair::Repair;
 
 /// On which side of the patch the solid lies.

@@ -44,7 +44,10 @@ At coping borders the solid ends flat, square to the mid-surface; at fading
 borders it ends round. Only a .ply tells them apart: of other files all free
 borders end flat, unless --round-borders is given.
 
-Exit codes: 0 done, 2 wrong usage or bad input, 4 the solid is thinner than a cell.";
+Where the solid has features that cells of the given length miss, smaller ones
+are tried.
+
+Exit codes: 0 done, 1 some of the solid is missing, 2 wrong usage or bad input, 4 the solid is thinner than a cell.";
 
 /// Thicken a mid-surface by its own thickness.
 #[derive(clap::Args)]
@@ -184,6 +187,8 @@ pub(super) fn run_as(command: &str, args: Args) -> Result<ExitCode, Failure> {
             "triangles": mesh.triangles.len(),
             "volume": mesh.volume(),
             "area": mesh.area(),
+            "cell": result.cell,
+            "missing": result.missing,
         },
         "work": work_json(&result.work),
     }));
@@ -193,7 +198,11 @@ pub(super) fn run_as(command: &str, args: Args) -> Result<ExitCode, Failure> {
         print_warnings(&warnings);
         summary(mesh);
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(if result.missing.is_none() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }
 
 impl Args {
