@@ -67,6 +67,16 @@ impl Missing {
         )
     }
 
+    /// Whether less is missing than in another solid of the same points. Numbers of
+    /// those lost at cells of other lengths cannot be compared.
+    pub(crate) fn is_better_than(&self, other: &Missing) -> bool {
+        match (self.is_none(), other.is_none()) {
+            (true, true) => self.lost < other.lost,
+            (false, false) => self.mean < other.mean,
+            (better, _) => better,
+        }
+    }
+
     /// Whether all but odd points are there.
     pub fn is_none(&self) -> bool {
         self.lost <= self.samples / TOLERATED

@@ -87,17 +87,20 @@ impl Settings {
     pub const TOLERANCE: f64 = 1e-3;
 
     /// Default settings for a surface: a quarter of the least thickness a
-    /// cell, but not finer than an eighth of the median nor than a quarter
-    /// of the memory bound.
+    /// cell, but not finer than an eighth of the median, nor larger than the
+    /// surface is small, nor finer than a quarter of the memory bound.
     pub fn new(surface: &BallSurface) -> Settings {
         let (least, median) = (surface.least_thickness(), surface.median_thickness());
         let memory_limit = MEMORY_LIMIT;
-        let cell = (least / Settings::CELLS)
-            .max(median / 8.0)
-            .max(dual_contour::smallest_cell(
-                2.2 * surface.area(),
-                memory_limit / 4,
-            ));
+        let area = surface.area();
+        let through = (least / Settings::CELLS).max(median / 8.0);
+        let along = area.sqrt() / cell::CELLS_ALONG;
+        let cell = if along > 0.0 {
+            through.min(along)
+        } else {
+            through
+        };
+        let cell = cell.max(dual_contour::smallest_cell(2.2 * area, memory_limit / 4));
         Settings {
             cell,
             tolerance: Settings::TOLERANCE * median.max(least),
@@ -295,7 +298,10 @@ pub fn rethicken_until(
         progress("check", 0, 0);
         let lacks = missing(&solid, surface, &contour.mesh, cell);
         let triangles = contour.mesh.triangles.len();
-        if best.as_ref().is_none_or(|(least, ..)| lacks.lost < least.lost) {
+        if best
+            .as_ref()
+            .is_none_or(|(least, ..)| lacks.is_better_than(least))
+        {
             best = Some((lacks, cell, contour));
         }
         if lacks.is_none() || triangles > MOST_REFINED {

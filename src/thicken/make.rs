@@ -1,5 +1,6 @@
 //! Grids and cuts, tried until the solid cuts itself nowhere and misses nothing.
 
+use std::cmp::Ordering;
 use std::time::Instant;
 
 use crate::dual_contour::{self, Contour, Grid, GridError, Numbers};
@@ -55,12 +56,12 @@ struct Tried {
 
 impl Tried {
     fn offer(&mut self, solid: Thickened) {
-        let rank = |t: &Thickened| (t.self_intersections + t.bad_edges, t.missing.lost);
-        if self
-            .best
-            .as_ref()
-            .is_none_or(|best| rank(&solid) < rank(best))
-        {
+        let faults = |t: &Thickened| t.self_intersections + t.bad_edges;
+        let is_better = |best: &Thickened| match faults(&solid).cmp(&faults(best)) {
+            Ordering::Equal => solid.missing.is_better_than(&best.missing),
+            order => order.is_lt(),
+        };
+        if self.best.as_ref().is_none_or(is_better) {
             self.best = Some(solid);
         }
     }

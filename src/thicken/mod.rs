@@ -114,7 +114,7 @@ impl Settings {
 
     /// Least number of cells along the root of the surface's area, by
     /// [`Settings::fitted`].
-    pub const CELLS_ALONG: f64 = 32.0;
+    pub const CELLS_ALONG: f64 = cell::CELLS_ALONG;
 
     /// Default settings.
     pub fn new(thickness: f64, side: Side) -> Settings {
