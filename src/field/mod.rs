@@ -29,6 +29,7 @@ mod along;
 mod block;
 mod frame;
 mod hits;
+mod missing;
 mod nearest;
 mod ray;
 mod sign;
@@ -47,6 +48,7 @@ use sign::Sign;
 use tree::Tree;
 use triangle::Triangle;
 
+pub use missing::Missing;
 pub use triangle::Feature;
 
 /// Nearest wall point to a query `p`; the footpoint vector is `point - p`.

@@ -32,7 +32,7 @@ pub(crate) use mend::close_t_junctions;
 pub use mend::{Mended, Repair, mend};
 pub(crate) use shells::turn_by_nesting;
 pub use shells::{Shell, closed_shells};
-pub use simplify::{Simplified, Simplify, simplify};
+pub use simplify::{Simplified, Simplify, simplify, simplify_beside};
 pub use unite::{UniteError, cleared, without};
 pub use weld::{Weld, weld_exact, weld_within};
 

@@ -68,7 +68,16 @@ pub struct Simplified {
 /// Deterministic. Where the guarantee cannot be had the mesh comes back as it
 /// was.
 pub fn simplify(mesh: &TriMesh, how: &Simplify) -> Simplified {
+    simplify_beside(mesh, 0, how)
+}
+
+/// As [`simplify`], but the first `kept` triangles stay as they are, the first in
+/// the result.
+pub fn simplify_beside(mesh: &TriMesh, kept: usize, how: &Simplify) -> Simplified {
     let mut locked = vec![false; mesh.positions.len()];
+    for &v in mesh.triangles.iter().take(kept).flatten() {
+        locked[v as usize] = true;
+    }
     for _ in 0..ROUNDS {
         let mut work = Work::new(mesh, &locked);
         let tolerance = work.run(how);
@@ -511,6 +520,27 @@ mod tests {
         assert!(few.triangles.len() < 600, "{}", few.triangles.len());
         assert!(few.edges().census().is_closed());
         assert!((few.volume() / bar.volume() - 1.0).abs() < 1e-3);
+    }
+
+    /// The triangles of one side stay, and so do their places in the list.
+    #[test]
+    fn what_is_kept_stays() {
+        let mut fine = fine_box([20, 12, 5]);
+        fine.triangles.rotate_left(5);
+        let how = Simplify {
+            tolerance: 1e-9,
+            triangles: None,
+        };
+        let kept = 100;
+        let few = simplify_beside(&fine, kept, &how).mesh;
+        let corners =
+            |mesh: &TriMesh, t: usize| mesh.triangles[t].map(|v| mesh.positions[v as usize]);
+        for t in 0..kept {
+            assert_eq!(corners(&few, t), corners(&fine, t));
+        }
+        assert!(few.triangles.len() < kept + 300, "{}", few.triangles.len());
+        assert!((few.volume() - 1200.0).abs() < 1e-9);
+        assert!(few.edges().census().is_closed());
     }
 
     #[test]

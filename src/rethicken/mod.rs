@@ -14,6 +14,7 @@
 //! * `tree`: the nearest of many.
 //! * `ends`: planes at coping borders.
 //! * `solid`: the function, which [`dual_contour`] meshes.
+//! * `measure`: what of its surface the mesh does not have; then cells get finer.
 //!
 //! # What is promised
 //!
@@ -29,6 +30,7 @@
 //! against the sheet, the end differs from it.
 
 mod ends;
+mod measure;
 mod slab;
 mod solid;
 mod surface;
@@ -42,21 +44,31 @@ use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::dual_contour::{self, Filters, Grid, GridError, Numbers, Work};
-use crate::mesh::TriMesh;
+use crate::dual_contour::{self, Contour, Filters, Grid, GridError, Numbers, Work};
+use crate::field::Missing;
+use crate::mesh::{Frame, TriMesh};
 use crate::settings::cell::{self, BadCell};
 use crate::settings::memory::MEMORY_LIMIT;
 use crate::settings::precision::Precision;
 use crate::settings::progress::{Progress, Stop, Stopped};
 use crate::settings::warning::Warning;
+use measure::missing;
 use solid::SlabSolid;
 
 pub use surface::BallSurface;
 
+/// Cells in the order tried while some of the solid is missing, over those
+/// asked for.
+const FINER: [f64; 4] = [1.0, 0.6, 0.36, 0.2];
+
+/// A contour of more triangles than this is not tried again with finer cells.
+const MOST_REFINED: usize = 1_000_000;
+
 /// How finely to mesh the solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Edge length of a grid cell, part units.
+    /// Edge length of a grid cell, part units. Finer ones are tried where the
+    /// solid has features that these miss.
     pub cell: f64,
     /// Chords that stray from the solid by more than this, part units, get
     /// another vertex. Infinite: none do.
@@ -75,17 +87,20 @@ impl Settings {
     pub const TOLERANCE: f64 = 1e-3;
 
     /// Default settings for a surface: a quarter of the least thickness a
-    /// cell, but not finer than an eighth of the median nor than a quarter
-    /// of the memory bound.
+    /// cell, but not finer than an eighth of the median, nor larger than the
+    /// surface is small, nor finer than a quarter of the memory bound.
     pub fn new(surface: &BallSurface) -> Settings {
         let (least, median) = (surface.least_thickness(), surface.median_thickness());
         let memory_limit = MEMORY_LIMIT;
-        let cell = (least / Settings::CELLS)
-            .max(median / 8.0)
-            .max(dual_contour::smallest_cell(
-                2.2 * surface.area(),
-                memory_limit / 4,
-            ));
+        let area = surface.area();
+        let through = (least / Settings::CELLS).max(median / 8.0);
+        let along = area.sqrt() / cell::CELLS_ALONG;
+        let cell = if along > 0.0 {
+            through.min(along)
+        } else {
+            through
+        };
+        let cell = cell.max(dual_contour::smallest_cell(2.2 * area, memory_limit / 4));
         Settings {
             cell,
             tolerance: Settings::TOLERANCE * median.max(least),
@@ -178,16 +193,27 @@ pub struct Rethickened {
     pub mesh: TriMesh,
     /// What the user should know.
     pub warnings: Vec<RethickenWarning>,
+    /// Edge length of the cells that were used, part units.
+    pub cell: f64,
+    /// What of the true solid's surface is not there.
+    pub missing: Missing,
     /// Building slabs, tree and ends.
     pub solid_seconds: f64,
     /// The grid's work.
     pub work: Work,
 }
 
-/// What may have been lost.
+/// What may have been lost, or was.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RethickenWarning {
+    /// The mesh does not have all of the true solid's surface.
+    Missing {
+        /// What it lacks.
+        missing: Missing,
+        /// Edge length of the cells, part units.
+        cell: f64,
+    },
     /// The solid is thinner than two cells somewhere: it may have holes there.
     CoarseCell,
 }
@@ -196,6 +222,7 @@ impl RethickenWarning {
     /// The same in words.
     pub fn explained(self) -> Warning {
         match self {
+            RethickenWarning::Missing { missing, cell } => missing.explained(cell),
             RethickenWarning::CoarseCell => Warning::new(
                 "coarse_cell",
                 "the cell is larger than half the least thickness: thin places may be missed",
@@ -261,30 +288,64 @@ pub fn rethicken_until(
     let surface = &*surface.in_frame(frame);
     let solid = SlabSolid::new(surface);
     let solid_seconds = start.elapsed().as_secs_f64();
-    // Both sides, and some for the ends.
-    let area = 2.2 * surface.area();
+    let mut best: Option<(Missing, f64, Contour)> = None;
+    for finer in FINER {
+        let cell = finer * settings.cell;
+        let contour = match contour(&solid, surface, settings, cell, frame, progress, stop) {
+            Err(RethickenError::Grid(_)) if best.is_some() => break,
+            contour => contour?,
+        };
+        progress("check", 0, 0);
+        let lacks = missing(&solid, surface, &contour.mesh, cell);
+        let triangles = contour.mesh.triangles.len();
+        if best
+            .as_ref()
+            .is_none_or(|(least, ..)| lacks.is_better_than(least))
+        {
+            best = Some((lacks, cell, contour));
+        }
+        if lacks.is_none() || triangles > MOST_REFINED {
+            break;
+        }
+    }
+    let least = surface.least_thickness();
+    let (missing, cell, mut contour) = best
+        .filter(|(.., contour)| !contour.mesh.triangles.is_empty())
+        .ok_or(RethickenError::Empty(0.5 * least))?;
+    frame.leave(&mut contour.mesh.positions);
+    let lost = (!missing.is_none()).then_some(RethickenWarning::Missing { missing, cell });
+    let coarse = (cell > 0.5 * least).then_some(RethickenWarning::CoarseCell);
+    Ok(Rethickened {
+        mesh: contour.mesh,
+        warnings: lost.into_iter().chain(coarse).collect(),
+        cell,
+        missing,
+        solid_seconds,
+        work: contour.work,
+    })
+}
+
+/// The solid meshed with cells of this length; perhaps nothing.
+fn contour(
+    solid: &SlabSolid,
+    surface: &BallSurface,
+    settings: &Settings,
+    cell: f64,
+    frame: Frame,
+    progress: &Progress,
+    stop: &Stop,
+) -> Result<Contour, RethickenError> {
     let grid = Grid::within(
         &solid.bounds(),
-        area,
+        // Both sides, and some for the ends.
+        2.2 * surface.area(),
         cell,
         Numbers::new(settings.precision, frame),
         settings.memory_limit,
     )?;
-    let contour_settings = dual_contour::Settings {
-        tolerance,
+    let how = dual_contour::Settings {
+        tolerance: settings.tolerance,
         filters: Filters::default(),
     };
-    let mut contour = dual_contour::contour(&solid, &grid, &contour_settings, progress, stop)?;
-    let least = surface.least_thickness();
-    if contour.mesh.triangles.is_empty() {
-        return Err(RethickenError::Empty(0.5 * least));
-    }
-    frame.leave(&mut contour.mesh.positions);
-    let coarse = (cell > 0.5 * least).then_some(RethickenWarning::CoarseCell);
-    Ok(Rethickened {
-        mesh: contour.mesh,
-        warnings: coarse.into_iter().collect(),
-        solid_seconds,
-        work: contour.work,
-    })
+    Ok(dual_contour::contour(solid, &grid, &how, progress, stop)?)
 }

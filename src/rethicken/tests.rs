@@ -101,6 +101,51 @@ fn a_hole_keeps_its_sharp_corners() {
     assert!((mesh.area() - area).abs() < 1e-6, "{}", mesh.area());
 }
 
+/// Arms of a plus, three wide, of a shell five times as thick.
+#[test]
+fn cells_get_finer_where_they_miss_features() {
+    let (p, r, t) = sheet([9.0, 9.0], [3, 3], |_| 7.5);
+    let arm = |x: f64| (3.0..6.0).contains(&x);
+    let plus = t.into_iter().filter(|t| {
+        let centre = t.iter().map(|&v| p[v as usize]).sum::<DVec3>() / 3.0;
+        arm(centre.x) || arm(centre.y)
+    });
+    let surface = flat_all((p.clone(), r, plus.collect()));
+    // No more than one node each way is inside.
+    let settings = Settings {
+        cell: 9.0,
+        ..Settings::new(&surface)
+    };
+    let solid = rethicken(&surface, &settings, &|_, _, _| ()).unwrap();
+    assert!(solid.cell < settings.cell);
+    assert!(solid.missing.is_none(), "{:?}", solid.missing);
+    let volume = solid.mesh.volume();
+    assert!((volume / 675.0 - 1.0).abs() < 0.01, "{volume}");
+    // Without being told, cells are small against the surface.
+    let usual = Settings::new(&surface);
+    assert!(usual.cell < 45_f64.sqrt() / 30.0);
+    let solid = rethicken(&surface, &usual, &|_, _, _| ()).unwrap();
+    assert_eq!(solid.cell, usual.cell);
+    assert!((solid.mesh.volume() - 675.0).abs() < 1e-6);
+}
+
+/// A tongue far thinner than any cell that is tried.
+#[test]
+fn what_is_missing_is_said() {
+    let square = sheet([4.0, 4.0], [1, 1], |_| 1.0);
+    let tongue = {
+        let (p, r, t) = sheet([6.0, 1e-4], [1, 1], |_| 1.0);
+        let beside = |p: DVec3| p + DVec3::new(4.0, 2.0371, 0.0);
+        (p.into_iter().map(beside).collect(), r, t)
+    };
+    let surface = flat_all(both(square, tongue));
+    let solid = rethicken(&surface, &Settings::new(&surface), &|_, _, _| ()).unwrap();
+    assert!(!solid.missing.is_none());
+    assert!(solid.missing.max > 1.0);
+    let said = |w: &RethickenWarning| matches!(w, RethickenWarning::Missing { .. });
+    assert!(solid.warnings.iter().any(said));
+}
+
 #[test]
 fn an_end_cuts_its_own_sheet_alone() {
     // A web whose end stands on a plate: the planes of its borders pass

@@ -7,6 +7,11 @@ use miette::Diagnostic;
 use serde::{Serialize, Serializer};
 use thiserror::Error;
 
+/// Cells along the side of a square of the area of a surface that becomes a
+/// solid, at least: one that is no larger than its thickness has features that
+/// are smaller.
+pub(crate) const CELLS_ALONG: f64 = 32.0;
+
 /// Edge length of a cell, absolute or relative to what is meshed.
 ///
 /// Read from and shown as `auto`, `1.5`, `0.5t` or `1%`.

@@ -1,12 +1,14 @@
 //! Grids and cuts, tried until the solid cuts itself nowhere and misses nothing.
 
+use std::cmp::Ordering;
 use std::time::Instant;
 
 use crate::dual_contour::{self, Contour, Grid, GridError, Numbers};
+use crate::field::Missing;
 use crate::mesh::{Bounds, TriMesh, cleared, self_intersections};
 use crate::settings::progress::{Progress, Stop, Stopped};
 
-use super::measure::{Missing, deviation, missing};
+use super::measure::{deviation, missing};
 use super::patch::Patch;
 use super::solid::ThickSolid;
 use super::{Settings, ThickenError, Thickened, Way, collar, cut, sharpen};
@@ -54,12 +56,12 @@ struct Tried {
 
 impl Tried {
     fn offer(&mut self, solid: Thickened) {
-        let rank = |t: &Thickened| (t.self_intersections + t.bad_edges, t.missing.lost);
-        if self
-            .best
-            .as_ref()
-            .is_none_or(|best| rank(&solid) < rank(best))
-        {
+        let faults = |t: &Thickened| t.self_intersections + t.bad_edges;
+        let is_better = |best: &Thickened| match faults(&solid).cmp(&faults(best)) {
+            Ordering::Equal => solid.missing.is_better_than(&best.missing),
+            order => order.is_lt(),
+        };
+        if self.best.as_ref().is_none_or(is_better) {
             self.best = Some(solid);
         }
     }

@@ -3,11 +3,10 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::patch::Patch;
 use crate::dual_contour::Deviation;
-use crate::field::Field;
+use crate::field::Missing;
 use crate::mesh::TriMesh;
 
 /// Points of the true surface that are looked for: of the shell, and of the
@@ -17,35 +16,6 @@ const SAMPLES: usize = 5_000;
 /// Distances of this share of the thickness are rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// One of so many points may be farther off than a cell: where the true surface
-/// folds, its points bound slivers that no solid holds.
-const TOLERATED: usize = 500;
-
-/// One of so many may be farther off than a quarter of a cell: vertices lie on
-/// the solid, and triangles between them cut its corners by less.
-const TOLERATED_NEAR: usize = 20;
-
-/// What of the true shell and cross-section the solid does not have.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Missing {
-    /// Points of the true surface, evenly among boundary edges and triangles.
-    pub samples: usize,
-    /// Those that are farther than a cell from the solid's surface; where many are
-    /// farther than a quarter of a cell, those.
-    pub lost: usize,
-    /// Greatest distance of one, part units.
-    pub max: f64,
-    /// Mean distance, part units.
-    pub mean: f64,
-}
-
-impl Missing {
-    /// Whether all but odd points are there.
-    pub fn is_none(&self) -> bool {
-        self.lost <= self.samples / TOLERATED
-    }
-}
-
 /// Looks for points of the true surface on a solid.
 pub(super) fn missing(patch: &Patch, solid: &TriMesh, thickness: f64, cell: f64) -> Missing {
     let points = [
@@ -53,23 +23,7 @@ pub(super) fn missing(patch: &Patch, solid: &TriMesh, thickness: f64, cell: f64)
         shell_points(patch, thickness),
     ]
     .concat();
-    let field = Field::of_mesh(solid);
-    let distances: Vec<f64> = (points.par_iter())
-        .map(|&p| field.footpoint(p).distance)
-        .collect();
-    let farther = |than: f64| distances.iter().filter(|&&d| d > than).count();
-    let (far, near) = (farther(cell), farther(0.25 * cell));
-    let max = distances.iter().copied().fold(0.0, f64::max);
-    Missing {
-        samples: points.len(),
-        lost: if near > points.len() / TOLERATED_NEAR {
-            near
-        } else {
-            far
-        },
-        max,
-        mean: distances.iter().sum::<f64>() / points.len().max(1) as f64,
-    }
+    Missing::of(&points, solid, cell)
 }
 
 /// Most points along a strip, and down it.

@@ -69,7 +69,7 @@ use make::Maker;
 use patch::Patch;
 use repair::repair;
 
-pub use measure::Missing;
+pub use crate::field::Missing;
 pub use repair::Repair;
 
 /// On which side of the patch the solid lies.
@@ -114,7 +114,7 @@ impl Settings {
 
     /// Least number of cells along the root of the surface's area, by
     /// [`Settings::fitted`].
-    pub const CELLS_ALONG: f64 = 32.0;
+    pub const CELLS_ALONG: f64 = cell::CELLS_ALONG;
 
     /// Default settings.
     pub fn new(thickness: f64, side: Side) -> Settings {

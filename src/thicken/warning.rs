@@ -96,13 +96,7 @@ fn made(result: &Thickened) -> Option<Warning> {
 
 fn missing(result: &Thickened) -> Option<Warning> {
     let missing = &result.missing;
-    (!missing.is_none()).then(|| Warning::new("missing", format!(
-            "{} of {} points of the true solid's surface are off the result by up to {3}, at cells of {2}: what is narrower than a cell is lost; take a smaller --cell",
-            missing.lost,
-            missing.samples,
-            figure(result.cell),
-            figure(missing.max)
-        )))
+    (!missing.is_none()).then(|| missing.explained(result.cell))
 }
 
 fn unsound(result: &Thickened) -> Option<Warning> {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use midsurf::io::read_mesh;
-use midsurf::mesh::self_intersections;
+use midsurf::mesh::{TriMesh, self_intersections};
 use serde_json::Value;
 
 use crate::common::{Desk, text};
@@ -77,6 +77,10 @@ fn both_sides_take_half_of_the_thickness_each() {
     assert!((found / 200.0 - 1.0).abs() < 1e-9, "{found}");
     let mesh = read_mesh(desk.path("out.obj")).unwrap().mesh;
     assert!(mesh.bounds().center().z.abs() < 1e-9);
+    let few = volume(&desk, &[&args[..], &["--simplify"]].concat());
+    assert!((few / 200.0 - 1.0).abs() < 1e-9, "{few}");
+    let few = read_mesh(desk.path("out.obj")).unwrap().mesh;
+    assert_eq!(few.triangles.len(), 12);
     let none = ["thicken", "square.obj", "--side", "inner", "-o", "a.stl"];
     desk.refuses_command(&none, &["one thickness all over", "--side both"]);
     let bad = [
@@ -89,6 +93,24 @@ fn both_sides_take_half_of_the_thickness_each() {
         "a.stl",
     ];
     desk.refuses_command(&bad, &["not a positive length"]);
+}
+
+#[test]
+fn a_thickened_surface_simplified_keeps_its_triangles() {
+    let desk = Desk::new();
+    desk.put("square.obj", SQUARE);
+    let args = ["thicken", "square.obj", "--thickness", "2"];
+    let solid = |more: &[&str]| {
+        let volume = volume(&desk, &[&args[..], more].concat());
+        assert!((volume / 200.0 - 1.0).abs() < 1e-6, "{volume}");
+        read_mesh(desk.path("out.obj")).unwrap().mesh
+    };
+    let (all, few) = (solid(&[]), solid(&["--simplify"]));
+    assert!(4 * few.triangles.len() < all.triangles.len());
+    for t in [0, 1] {
+        let corners = |mesh: &TriMesh| mesh.triangles[t].map(|v| mesh.positions[v as usize]);
+        assert_eq!(corners(&few), corners(&all));
+    }
 }
 
 /// A thickness of 1 at one end and 3 at the other, from the file.

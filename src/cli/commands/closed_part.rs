@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use midsurf::intake::{CopingSource, Input};
 use midsurf::io::quote::figure;
-use midsurf::mesh::{Part, Simplify, TriMesh};
+use midsurf::mesh::{Part, TriMesh};
 use midsurf::offset::Work;
 use midsurf::offset::{Offset, OffsetError, Settings, Voids, offset};
 use midsurf::report::bodies::Bodies;
@@ -23,7 +23,7 @@ use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
-use crate::cli::shared::solid::{SolidArgs, summary};
+use crate::cli::shared::solid::{SimplifyArgs, SolidArgs, summary};
 
 /// Flags of `offset` and `hollow`.
 #[derive(clap::Args)]
@@ -47,12 +47,8 @@ pub(crate) struct ClosedPartArgs {
     reading: ReadingArgs,
     #[command(flatten)]
     select: SelectArgs,
-    /// Fewer triangles where the offset is flat or bends one way, within the tolerance
-    #[arg(long)]
-    simplify: bool,
-    /// So many triangles of the offset at most, as near to it as they let; implies --simplify
-    #[arg(long, value_name = "N")]
-    triangles: Option<usize>,
+    #[command(flatten)]
+    fewer: SimplifyArgs,
     /// What to do with cavities that the part has
     #[arg(long, value_enum, default_value_t = VoidsName::Keep)]
     voids: VoidsName,
@@ -136,8 +132,8 @@ pub(crate) fn run(
                 "precision": settings.precision,
                 "memory_limit": args.memory.memory_limit,
                 "voids": settings.voids,
-                "simplify": args.simplify || args.triangles.is_some(),
-                "wanted_triangles": args.triangles,
+                "simplify": args.fewer.wanted(),
+                "wanted_triangles": args.fewer.triangles,
             }),
         ),
         seconds: json!(seconds),
@@ -203,6 +199,7 @@ impl ClosedPartArgs {
             cell: self.cell,
             tolerance: self.tolerance,
             fill: None,
+            fewer: self.fewer,
             solid: self.solid,
             memory: self.memory,
             run: self.run,
@@ -221,10 +218,7 @@ impl ClosedPartArgs {
         if let Some(tolerance) = self.tolerance {
             settings.tolerance = tolerance;
         }
-        settings.simplify = (self.simplify || self.triangles.is_some()).then_some(Simplify {
-            tolerance: settings.tolerance,
-            triangles: self.triangles,
-        });
+        settings.simplify = self.fewer.within(settings.tolerance);
         settings.memory_limit = self.memory.allowed();
         settings.voids = match self.voids {
             VoidsName::Keep => Voids::Keep,

@@ -35,7 +35,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     distance: f64,
     /// Take the part for a surface without thickness, and offset it to this side
-    #[arg(long, value_name = "SIDE", value_enum, conflicts_with_all = ["weld", "repair", "scale", "unit", "cad_sag", "solid", "simplify", "triangles", "voids"])]
+    #[arg(long, value_name = "SIDE", value_enum, conflicts_with_all = ["weld", "repair", "scale", "unit", "cad_sag", "solid", "voids"])]
     open: Option<OpenSide>,
     #[command(flatten)]
     part: ClosedPartArgs,

@@ -10,6 +10,7 @@ use midsurf::intake::{load, read_warning};
 use midsurf::io::quote::shown_path;
 use midsurf::io::write::thickness_file;
 use midsurf::io::{RadiusSource, read_surface};
+use midsurf::mesh::simplify;
 use midsurf::rethicken::{BallSurface, RethickenError, Settings, rethicken};
 use midsurf::settings::cell::{CellSize, Scale};
 use midsurf::settings::warning::Warning;
@@ -23,7 +24,7 @@ use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::numbers::positive;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
-use crate::cli::shared::solid::{SolidArgs, summary};
+use crate::cli::shared::solid::{SimplifyArgs, SolidArgs, summary};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -44,7 +45,10 @@ At coping borders the solid ends flat, square to the mid-surface; at fading
 borders it ends round. Only a .ply tells them apart: of other files all free
 borders end flat, unless --round-borders is given.
 
-Exit codes: 0 done, 2 wrong usage or bad input, 4 the solid is thinner than a cell.";
+Where the solid has features that cells of the given length miss, smaller ones
+are tried.
+
+Exit codes: 0 done, 1 some of the solid is missing, 2 wrong usage or bad input, 4 the solid is thinner than a cell.";
 
 /// Thicken a mid-surface by its own thickness.
 #[derive(clap::Args)]
@@ -72,6 +76,8 @@ pub(crate) struct Args {
     /// Split chords that stray farther than this from the solid [default: 0.1% of the median thickness]
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     pub(super) tolerance: Option<f64>,
+    #[command(flatten)]
+    pub(super) fewer: SimplifyArgs,
     #[command(flatten)]
     pub(super) solid: SolidArgs,
     #[command(flatten)]
@@ -131,8 +137,14 @@ pub(super) fn run_as(command: &str, args: Args) -> Result<ExitCode, Failure> {
     let read_seconds = start.elapsed().as_secs_f64();
     let settings = args.settings(surface)?;
     let show = |stage, done, expected| progress.show(stage, done, expected);
-    let result =
+    let mut result =
         rethicken(surface, &settings, &show).map_err(|error| failure(&error, &args.surface))?;
+    let simplified = args.fewer.within(settings.tolerance).map(|how| {
+        progress.show("simplify", 0, 0);
+        let fewer = simplify(&result.mesh, &how);
+        result.mesh = fewer.mesh;
+        fewer.tolerance
+    });
     let found = result.warnings.iter().map(|found| {
         let found = found.explained();
         args.warning(found.code, &found.message)
@@ -165,6 +177,8 @@ pub(super) fn run_as(command: &str, args: Args) -> Result<ExitCode, Failure> {
             "round_borders": args.round_borders,
             "thickness": args.length(),
             "groups": args.group.iter().map(|g| json!([g.name, g.thickness])).collect::<Vec<_>>(),
+            "simplify": args.fewer.wanted(),
+            "wanted_triangles": args.fewer.triangles,
             "memory_limit": args.memory.memory_limit,
         }),
         seconds: json!({
@@ -184,6 +198,9 @@ pub(super) fn run_as(command: &str, args: Args) -> Result<ExitCode, Failure> {
             "triangles": mesh.triangles.len(),
             "volume": mesh.volume(),
             "area": mesh.area(),
+            "cell": result.cell,
+            "missing": result.missing,
+            "simplified_within": simplified,
         },
         "work": work_json(&result.work),
     }));
@@ -193,7 +210,11 @@ pub(super) fn run_as(command: &str, args: Args) -> Result<ExitCode, Failure> {
         print_warnings(&warnings);
         summary(mesh);
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(if result.missing.is_none() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }
 
 impl Args {

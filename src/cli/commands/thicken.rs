@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::ValueEnum;
 use midsurf::intake::load;
 use midsurf::io::quote::figure;
-use midsurf::mesh::TriMesh;
+use midsurf::mesh::{TriMesh, simplify_beside};
 use midsurf::settings::cell::{CellSize, Scale};
 use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
 use serde_json::{Value, json};
@@ -19,7 +19,7 @@ use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::memory::MemoryArgs;
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
-use crate::cli::shared::solid::SolidArgs;
+use crate::cli::shared::solid::{SimplifyArgs, SolidArgs};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -69,6 +69,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::shared::numbers::positive, allow_negative_numbers = true)]
     pub(super) fill: Option<f64>,
     #[command(flatten)]
+    pub(super) fewer: SimplifyArgs,
+    #[command(flatten)]
     pub(super) solid: SolidArgs,
     #[command(flatten)]
     pub(super) memory: MemoryArgs,
@@ -109,11 +111,19 @@ pub(super) fn one_sided(command: &str, args: &Args, side: Side) -> Result<ExitCo
 
     let settings = args.settings(&loaded.mesh, side)?;
     let show = |stage, done, expected| progress.show(stage, done, expected);
-    let result = thicken(&loaded.mesh, &settings, &show).map_err(|error| match error {
+    let mut result = thicken(&loaded.mesh, &settings, &show).map_err(|error| match error {
         ThickenError::Unresolved { .. } => Failure::fruitless(&args.patch, &error),
         _ => Failure::refused(&args.patch, &error),
     })?;
     warnings.extend(result.warnings(&loaded.mesh, &settings));
+    // A solid that is not sound stays as it is: what it lacks is lacking there.
+    let fewer = args.fewer.within(settings.tolerance);
+    let simplified = fewer.filter(|_| result.is_sound()).map(|how| {
+        progress.show("simplify", 0, 0);
+        let fewer = simplify_beside(&result.mesh, result.patch_triangles, &how);
+        result.mesh = fewer.mesh;
+        fewer.tolerance
+    });
 
     progress.show("writing", 0, 0);
     let begin = Instant::now();
@@ -158,6 +168,7 @@ pub(super) fn one_sided(command: &str, args: &Args, side: Side) -> Result<ExitCo
             "cell": result.cell,
             "attempts": result.attempts,
             "sharpened": result.sharpened,
+            "simplified_within": simplified,
         },
     }));
     args.run.finish(staged, &report)?;
@@ -202,6 +213,7 @@ impl Args {
             round_borders,
             cell: self.cell,
             tolerance: self.tolerance,
+            fewer: self.fewer,
             solid: self.solid,
             memory: self.memory,
             run: self.run,
@@ -239,6 +251,8 @@ impl Args {
             "cell_length": settings.cell,
             "tolerance": settings.tolerance,
             "fill": self.fill,
+            "simplify": self.fewer.wanted(),
+            "wanted_triangles": self.fewer.triangles,
             "precision": settings.precision,
             "memory_limit": self.memory.memory_limit,
         })

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use midsurf::io::quote::figure;
 use midsurf::io::write::{Shade, SolidFormat, Staged, stage_solid};
-use midsurf::mesh::TriMesh;
+use midsurf::mesh::{Simplify, TriMesh};
 use midsurf::settings::precision::Precision;
 
 use super::console::say;
@@ -55,6 +55,32 @@ impl SolidArgs {
     ) -> Result<Vec<Staged>, Failure> {
         let write = |file: &PathBuf| stage_solid(mesh, shade, file).map_err(Failure::output);
         self.output.iter().map(write).collect()
+    }
+}
+
+/// Fewer triangles of a solid that was contoured.
+#[derive(clap::Args)]
+pub(crate) struct SimplifyArgs {
+    /// Fewer triangles where the solid is flat or bends one way, within the tolerance
+    #[arg(long)]
+    pub(crate) simplify: bool,
+    /// So many triangles of what is contoured at most, as near to it as they let; implies --simplify
+    #[arg(long, value_name = "N")]
+    pub(crate) triangles: Option<usize>,
+}
+
+impl SimplifyArgs {
+    /// How far to go; none where it was not asked for.
+    pub(crate) fn within(&self, tolerance: f64) -> Option<Simplify> {
+        self.wanted().then_some(Simplify {
+            tolerance,
+            triangles: self.triangles,
+        })
+    }
+
+    /// Whether it was asked for.
+    pub(crate) fn wanted(&self) -> bool {
+        self.simplify || self.triangles.is_some()
     }
 }
 
