@@ -17,6 +17,10 @@ const TOLERATED: usize = 500;
 /// the solid, and triangles between them cut its corners by less.
 const TOLERATED_NEAR: usize = 20;
 
+/// Triangles that are searched at a time: a tree over a whole solid would take
+/// more memory than the solid, and few points are looked for.
+const AT_A_TIME: usize = 1 << 15;
+
 /// Points of the true surface that a solid meshed with cells does not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Missing {
@@ -34,10 +38,7 @@ pub struct Missing {
 impl Missing {
     /// Looks for points of the true surface on a solid with cells of this length.
     pub(crate) fn of(points: &[DVec3], solid: &TriMesh, cell: f64) -> Missing {
-        let field = Field::of_mesh(solid);
-        let distances: Vec<f64> = (points.par_iter())
-            .map(|&p| field.footpoint(p).distance)
-            .collect();
+        let distances = distances(points, solid);
         let farther = |than: f64| distances.iter().filter(|&&d| d > than).count();
         let (far, near) = (farther(cell), farther(0.25 * cell));
         let max = distances.iter().copied().fold(0.0, f64::max);
@@ -81,4 +82,22 @@ impl Missing {
     pub fn is_none(&self) -> bool {
         self.lost <= self.samples / TOLERATED
     }
+}
+
+/// Distances of points from a mesh.
+fn distances(points: &[DVec3], mesh: &TriMesh) -> Vec<f64> {
+    let mut distances = vec![f64::INFINITY; points.len()];
+    for triangles in mesh.triangles.chunks(AT_A_TIME) {
+        let corners = triangles
+            .iter()
+            .map(|t| t.map(|v| mesh.positions[v as usize]));
+        // Which of them share vertices only matters to signs.
+        let apart = (0..triangles.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
+        let field = Field::from_triangles(corners.collect(), apart.collect(), Vec::new());
+        distances
+            .par_iter_mut()
+            .zip(points)
+            .for_each(|(distance, &p)| *distance = distance.min(field.footpoint(p).distance));
+    }
+    distances
 }
