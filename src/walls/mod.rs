@@ -8,6 +8,7 @@
 //! coping cuts it, so a web is never mistaken for a fin, however weak its
 //! object angle.
 
+pub mod pinch;
 pub mod thickness;
 
 use std::cmp::Reverse;
@@ -26,6 +27,11 @@ pub const MAX_FIN_ANGLE: f64 = 135.0;
 /// Longest path, against the chord, that leads round a convex edge, round or
 /// rim corner of 45 degrees or more: 1 / sin(45 / 2).
 const LONGEST_WAY: f64 = 2.62;
+
+/// Longest path, against the chord, through a corner of the part in which two
+/// walls only touch: that of a square corner, with some room. Farther from it
+/// they are two walls, however short the way through it.
+const CORNER_WAY: f64 = 1.46;
 
 /// A path round one corner narrows towards it: its quarter points are half a
 /// chord apart for a sharp corner, 0.71 for a full round. The path round the
@@ -137,6 +143,8 @@ pub struct Walls<'a> {
     /// Wall triangles at each vertex: `around[first[v]..first[v + 1]]`.
     first: Vec<u32>,
     around: Vec<FaceId>,
+    /// Whether coping parts the walls at a vertex, so that they touch there only.
+    parted: Vec<bool>,
     /// Number of the connected piece of wall that each triangle belongs to.
     pieces: Vec<u32>,
     patches: Patches,
@@ -184,14 +192,25 @@ impl<'a> Walls<'a> {
             around[next[v] as usize] = f;
             next[v] += 1;
         }
-        let pieces = pieces(triangles, vertices, |f| {
-            field.is_coping(f) && field.normal(f) != DVec3::ZERO
-        });
+        let mut ends = vec![0u8; vertices];
+        for (f, t) in triangles
+            .iter()
+            .enumerate()
+            .filter(|t| is_way(field, FaceId(t.0 as u32)))
+        {
+            for k in 0..3 {
+                let open = neighbours[f][k].is_none_or(|n| !is_way(field, n));
+                ends[t[k] as usize] = ends[t[k] as usize].saturating_add(u8::from(open));
+            }
+        }
+        let parted = ends.iter().map(|&ends| ends > 1).collect();
+        let pieces = pieces(triangles, vertices, |f| !is_way(field, f));
         Walls {
             field,
             pieces,
             first,
             around,
+            parted,
             patches: Patches::new(field, &neighbours),
             neighbours,
             indices: triangles.clone(),
@@ -267,7 +286,8 @@ impl<'a> Walls<'a> {
                     let nearer = foot.distance < best.distance * (1.0 - 1e-14);
                     if nearer
                         && ((x - foot.point).normalize_or_zero().dot(away) >= cosine
-                            || self.smooth_neighbours(here.face, next, crease))
+                            || (self.smooth_neighbours(here.face, next, crease)
+                                && self.steps_over(&here, &foot)))
                     {
                         best = foot;
                     }
@@ -334,14 +354,15 @@ impl<'a> Walls<'a> {
             return true;
         }
         let chord = a.point.distance(b.point);
-        // Round a corner of a hole the way is long for a footpoint that has
-        // hardly moved, seen from the point that it belongs to.
-        let way = if chord <= HARDLY_MOVED * a.distance {
-            LONGEST_WAY
-        } else {
-            SLIDE_WAY
-        };
-        chord <= 4.0 * self.tolerances.tie || self.path(a, b, way * chord).is_some()
+        chord <= 4.0 * self.tolerances.tie || self.path(a, b, longest_slide(a, b)).is_some()
+    }
+
+    /// Whether a footpoint may slide over the common edge of two neighbours: round
+    /// the corner of a notch in one flat wall it jumps.
+    fn steps_over(&self, a: &Footpoint, b: &Footpoint) -> bool {
+        let chord = a.point.distance(b.point);
+        chord <= 4.0 * self.tolerances.tie
+            || self.path_over_one(a, b, longest_slide(a, b)).is_some()
     }
 
     /// Whether the wall between two footpoints is plain: the way over it is
@@ -356,25 +377,15 @@ impl<'a> Walls<'a> {
         self.path(a, b, way * chord).is_some()
     }
 
-    /// Whether a path may lead over a triangle: walls, and triangles without
-    /// area, which part nothing whatever their tag.
     fn is_way(&self, face: FaceId) -> bool {
-        !self.field.is_coping(face) || self.field.normal(face) == DVec3::ZERO
+        is_way(self.field, face)
     }
 
-    /// The path between neighbours, over a common edge or corner.
+    /// The path between neighbours, over their common edge.
     fn path_over_one(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
         let corners = self.field.corners(a.face);
-        let at = match self.neighbours[a.face.index()]
-            .iter()
-            .position(|&n| n == Some(b.face))
-        {
-            Some(k) => straight_crossing(a.point, b.point, [corners[k], corners[(k + 1) % 3]]),
-            None => {
-                let (s, t) = (self.indices[a.face.index()], self.indices[b.face.index()]);
-                corners[(0..3).find(|&k| t.contains(&s[k]))?]
-            }
-        };
+        let k = (self.neighbours[a.face.index()].iter()).position(|&n| n == Some(b.face))?;
+        let at = straight_crossing(a.point, b.point, [corners[k], corners[(k + 1) % 3]]);
         let path = Path::of(&[a.point, at, b.point]);
         (path.length <= length).then_some(path)
     }
@@ -400,12 +411,21 @@ impl<'a> Walls<'a> {
             walked: 0.0,
             at: a.point,
             edge: [a.point; 2],
+            corner: false,
         }];
+        let chord = a.point.distance(b.point);
+        let most = |corner: bool| {
+            if corner {
+                length.min(CORNER_WAY * chord)
+            } else {
+                length
+            }
+        };
         open.push((Reverse(Total(0.0)), 0));
         while let Some((_, number)) = open.pop() {
             let way = ways[number as usize];
             if way.face == b.face {
-                return Some(taut(&ways, number, b.point)).filter(|p| p.length <= length);
+                return Some(taut(&ways, number, b.point)).filter(|p| p.length <= most(way.corner));
             }
             if !seen.insert(way.face) {
                 continue;
@@ -414,17 +434,18 @@ impl<'a> Walls<'a> {
                 return None;
             }
             let corners = self.field.corners(way.face);
-            let mut step = |next: FaceId, edge: [DVec3; 2]| {
+            let mut step = |next: FaceId, edge: [DVec3; 2], corner: bool| {
                 let at = straight_crossing(way.at, b.point, edge);
                 let walked = way.walked + way.at.distance(at);
                 let total = walked + at.distance(b.point);
-                if total <= SEARCH_SLACK * length {
+                if total <= SEARCH_SLACK * most(corner) {
                     ways.push(Way {
                         before: number,
                         face: next,
                         walked,
                         at,
                         edge,
+                        corner,
                     });
                     open.push((Reverse(Total(total)), ways.len() as u32 - 1));
                 }
@@ -432,20 +453,26 @@ impl<'a> Walls<'a> {
             for k in 0..3 {
                 let next = self.neighbours[way.face.index()][k];
                 if let Some(next) = next.filter(|&n| self.is_way(n) && !seen.contains(&n)) {
-                    step(next, [corners[k], corners[(k + 1) % 3]]);
+                    step(next, [corners[k], corners[(k + 1) % 3]], way.corner);
                 }
-                // Two walls may touch in a corner only, where a third one ends.
-                for &next in self.around(self.indices[way.face.index()][k]) {
-                    if !seen.contains(&next)
-                        && !self.neighbours[way.face.index()].contains(&Some(next))
-                    {
-                        step(next, [corners[k]; 2]);
+                let vertex = self.indices[way.face.index()][k];
+                if self.parted[vertex as usize] {
+                    for &next in self.around(vertex) {
+                        if !seen.contains(&next) {
+                            step(next, [corners[k]; 2], true);
+                        }
                     }
                 }
             }
         }
         None
     }
+}
+
+/// Whether a path may lead over a triangle: walls, and triangles without area,
+/// which part nothing whatever their tag.
+fn is_way(field: &Field, face: FaceId) -> bool {
+    !field.is_coping(face) || field.normal(face) == DVec3::ZERO
 }
 
 /// Labels walls by connected piece: triangles that share a vertex are of one.
@@ -468,6 +495,19 @@ fn pieces(triangles: &[[u32; 3]], vertices: usize, is_coping: impl Fn(FaceId) ->
         }
     }
     triangles.iter().map(|t| find(&mut root, t[0])).collect()
+}
+
+/// Longest path by which a footpoint slides from `a` to `b`: round a corner of a
+/// hole the way is long for one that has hardly moved, seen from the point that
+/// it belongs to.
+fn longest_slide(a: &Footpoint, b: &Footpoint) -> f64 {
+    let chord = a.point.distance(b.point);
+    let way = if chord <= HARDLY_MOVED * a.distance {
+        LONGEST_WAY
+    } else {
+        SLIDE_WAY
+    };
+    way * chord
 }
 
 /// Object angle of `x`, degrees: 180 between parallel walls.
@@ -500,6 +540,8 @@ struct Way {
     /// Where the triangle was entered, and the edge that was crossed.
     at: DVec3,
     edge: [DVec3; 2],
+    /// Whether it led through a corner in which walls only touch.
+    corner: bool,
 }
 
 /// A path over the walls.

@@ -111,6 +111,31 @@ fn nothing_outside_the_part_is_followed() {
     }
 }
 
+/// A web flush with the plate that it carries passes the plate's edge: where the
+/// edge crosses it, the wall of the web and the top of the plate touch in a
+/// corner, coping between them on both sides. Away from a square corner they are
+/// two walls, and into a sharper one the border runs.
+#[test]
+fn walls_that_touch_in_a_corner_only_are_two() {
+    let part = at_rest("passing_web");
+    for cell in [0.5, 1.0, 2.1, 3.0] {
+        let e = run(&part, CellSize::Thicknesses(cell));
+        check(&part, &e, &format!("cell {cell} t"));
+        assert_eq!((e.surface.sheet_count(), fading(&e)), (2, 4), "cell {cell}");
+        assert_eq!(e.work.counts.lost, 0, "cell {cell}");
+    }
+    let (mesh, coping) = fixture_part("placed/passing_web");
+    let skew = DMat3::from_cols(DVec3::X, DVec3::new(1.2, 1.0, 0.0), DVec3::Z);
+    let mesh = TriMesh {
+        positions: mesh.positions.iter().map(|&p| skew * p).collect(),
+        triangles: mesh.triangles,
+    };
+    let part = Part::new(mesh, coping, PartOptions::default()).unwrap().0;
+    let e = run(&part, CellSize::Thicknesses(1.0));
+    check(&part, &e, "skewed");
+    assert_eq!(e.work.counts.torn, 0, "skewed");
+}
+
 /// A placement: axis and angle of the turn, cell in wall thicknesses.
 type Placement = ([f64; 3], f64, f64);
 
@@ -133,6 +158,7 @@ fn parts_close_wherever_they_lie() {
         ("bent_rib", 2, 1, 1),
         ("engraved", 1, 0, 1),
         ("stepped", 1, 0, 1),
+        ("passing_web", 2, 1, 1),
     ] {
         for (axis, angle, cell) in PLACEMENTS {
             let axis = DVec3::from_array(axis).normalize();

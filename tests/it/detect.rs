@@ -67,6 +67,13 @@ fn the_leaning_face_of_a_hook_closes_its_wall() {
     assert_eq!(found(&mesh), truth);
 }
 
+/// The end face of a tab in one plane with the wall of the plate beside it.
+#[test]
+fn the_end_of_a_flush_tab_is_cut_from_the_wall_in_its_plane() {
+    let (mesh, truth) = fixture_part("faces/flush_tab");
+    assert_eq!(found(&mesh), truth);
+}
+
 #[test]
 fn small_parts_are_looked_at_from_fewer_points() {
     let points = |name| detect(&fixture_part(name).0, &Options::default()).samples;

@@ -29,7 +29,7 @@ const CLEAR: f64 = 0.3;
 
 /// Share of a rim that speaks for it: triangles that are themselves rim in one place
 /// and wall in another cannot be tagged either way, and stay what the face is.
-const PURE: f64 = 0.85;
+const PURE: f64 = 0.8;
 
 /// Doubt about a face only because it was cut out of another.
 pub(super) const DOUBT: f64 = 0.5;

@@ -16,6 +16,7 @@ use super::region::{Barrier, Exit, Fence, Region};
 use crate::mesh::FaceId;
 use crate::trace::probe::{Pair, Probe};
 use crate::trace::tolerances::Tolerances;
+use crate::walls::pinch::Onward;
 
 /// Place where a border bends from one coping facet to the next.
 #[derive(Clone, Copy, Debug)]
@@ -156,11 +157,47 @@ pub fn follow(
             // A patch of coping has no stations.
             Stop::Station { .. } => return (BorderStop::Lost { at: x }, kinks),
             Stop::Fades { at, .. } | Stop::Lost { at } => {
-                return (BorderStop::Lost { at }, kinks);
+                let Some(on) = over_pinch(probe, &region, at, near) else {
+                    return (BorderStop::Lost { at }, kinks);
+                };
+                at_one_place += 1;
+                if at_one_place > MOST_AT_ONE_PLACE {
+                    return (BorderStop::Lost { at }, kinks);
+                }
+                let [left, right] = on.walls;
+                pair = Pair { left, right };
+                let corner = Kink {
+                    at: on.corner,
+                    pair,
+                };
+                add_kink(&mut kinks, start, corner, near);
+                let normal = probe.field().normal(on.coping);
+                pair = contour::aim(probe, on.at, normal, pair, on.at - on.corner);
+                x = on.at;
+                coping = on.coping;
+                from = Start::Plain;
             }
         }
     }
     (BorderStop::Lost { at: x }, kinks)
+}
+
+/// The way on where a border runs into a corner in which its two walls touch.
+fn over_pinch(probe: &Probe, region: &Region, at: DVec3, near: f64) -> Option<Onward> {
+    /// How far from the corner walls are told apart again, in lengths that are one point.
+    const CLEAR: f64 = 16.0;
+    let Barrier::Fences(fences) = &region.barrier else {
+        return None;
+    };
+    let gap = |fence: &&Fence| fence.from.distance(at);
+    let corner = (fences.iter()).min_by(|a, b| gap(a).total_cmp(&gap(b)))?;
+    if gap(&corner) > 2.0 * CLEAR * near {
+        return None;
+    }
+    probe
+        .walls()
+        .onward(corner.face, corner.edge, CLEAR * near)
+        .filter(|on| region.excess(on.corner) <= near)
 }
 
 /// Adds a kink, unless the border is still where it bent last, as round a

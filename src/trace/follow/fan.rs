@@ -42,11 +42,11 @@ pub fn one_place(distance: f64, tie: f64) -> f64 {
     8.0 * tie + 3.0 * (distance * tie).sqrt()
 }
 
-/// How unlike two pairs of walls are, seen from a point: the sum of the two
-/// gaps between the unit vectors from their footpoints, in the better order.
-pub fn unlike(field: &Field, at: DVec3, a: [FaceId; 2], b: [FaceId; 2]) -> f64 {
-    let away = |w: FaceId| distance_to(field, at, w).1;
-    let ([p, q], [u, v]) = (a.map(away), b.map(away));
+/// How unlike two pairs of walls are, each seen from its point: the sum of the
+/// two gaps between the unit vectors from their footpoints, in the better order.
+pub fn unlike([at, to]: [DVec3; 2], field: &Field, a: [FaceId; 2], b: [FaceId; 2]) -> f64 {
+    let [p, q] = a.map(|w| distance_to(field, at, w).1);
+    let [u, v] = b.map(|w| distance_to(field, to, w).1);
     (p.distance(u) + q.distance(v)).min(p.distance(v) + q.distance(u))
 }
 
@@ -56,7 +56,7 @@ pub const ALIKE: f64 = 0.2;
 /// Whether two pairs of walls that tie at a point make the same sheet there:
 /// facets of one curved wall are beside each other, two walls are not.
 pub fn alike(field: &Field, at: DVec3, a: [FaceId; 2], b: [FaceId; 2]) -> bool {
-    unlike(field, at, a, b) < ALIKE
+    unlike([at; 2], field, a, b) < ALIKE
 }
 
 /// Gathers the tied footpoints of `at` into `probe.feet`, one a place.

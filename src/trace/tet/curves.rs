@@ -171,7 +171,7 @@ impl Work<'_, '_> {
         for (&walls, (port, _)) in pairs.iter().zip(&end.sheets) {
             let gap = |s: usize| {
                 let pair = other.sheets[s].1;
-                unlike(field, x, walls, [pair.left, pair.right])
+                unlike([x; 2], field, walls, [pair.left, pair.right])
             };
             let best = (0..other.sheets.len())
                 .filter(|&s| !taken[s])
@@ -275,7 +275,7 @@ impl Work<'_, '_> {
         let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
         for (i, a) in sheets.iter().enumerate() {
             for (j, b) in sheets.iter().enumerate().skip(i + 1) {
-                let gap = unlike(field, middle, a.3, b.3);
+                let gap = unlike([middle; 2], field, a.3, b.3);
                 if a.0 != b.0 && gap < ALIKE {
                     pairs.push((gap, i, j));
                 }

@@ -5,8 +5,8 @@ use glam::DVec3;
 use super::{Line, Plugs, Polygon, Port, Strand, VertexKey, Work};
 use crate::mesh::FaceId;
 use crate::trace::follow::face::FaceNodeKind;
+use crate::trace::follow::fan::unlike;
 use crate::trace::probe::Pair;
-use crate::trace::solve::distance_to;
 
 impl Work<'_, '_> {
     /// The common name of a port, where a crease joins two.
@@ -31,28 +31,30 @@ impl Work<'_, '_> {
 
     /// Where a curve was lost, or a sheet stops being one on the way: closes
     /// each sheet's loop from its face contours alone. Ports with one strand
-    /// are joined in pairs, those first whose walls lie most alike.
+    /// are joined in pairs, those first whose walls lie most alike, each seen
+    /// from its port or all from between the two: round a corner the same walls
+    /// lie in other directions.
     pub(super) fn match_open_ports(&mut self) {
         let plugged = self.plugged();
-        let mut open: Vec<(Port, VertexKey, DVec3, [DVec3; 2])> = Vec::new();
+        let mut open: Vec<(Port, VertexKey, DVec3, [FaceId; 2])> = Vec::new();
         for ends in plugged.ends.chunk_by(|a, b| a.0 == b.0) {
             if let [(port, strand, side)] = ends[..] {
                 let vertex = self.strands[strand].vertices[side];
                 let at = self.position(vertex);
                 if let Some(pair) = self.pair_at(port) {
-                    let away = |w: FaceId| distance_to(self.probe.field(), at, w).1;
-                    open.push((port, vertex, at, [away(pair.left), away(pair.right)]));
+                    open.push((port, vertex, at, [pair.left, pair.right]));
                 }
             }
         }
-        let unlike = |a: &[DVec3; 2], b: &[DVec3; 2]| {
-            (a[0].distance(b[0]) + a[1].distance(b[1]))
-                .min(a[0].distance(b[1]) + a[1].distance(b[0]))
+        let field = self.probe.field();
+        let gap = |i: usize, j: usize| {
+            let ((_, _, p, v), (_, _, q, w)) = (open[i], open[j]);
+            unlike([p, q], field, v, w).min(unlike([p.midpoint(q); 2], field, v, w))
         };
         let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
         for i in 0..open.len() {
             for j in i + 1..open.len() {
-                candidates.push((unlike(&open[i].3, &open[j].3), i, j));
+                candidates.push((gap(i, j), i, j));
             }
         }
         candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
