@@ -68,7 +68,11 @@ impl Ground for Projector<'_> {
         // Where both footpoints sit on edges, their triangles may be those to
         // either side: no wall turns more than the sheet does.
         let sheet = Ground::normal(self, from).angle_between(Ground::normal(self, to));
-        let sheet = if sheet.is_finite() { sheet.min(PI - sheet) } else { PI };
+        let sheet = if sheet.is_finite() {
+            sheet.min(PI - sheet)
+        } else {
+            PI
+        };
         let mut turns = [0.0; 2];
         for (turn, &face) in turns.iter_mut().zip(&from.walls) {
             let normal = field.normal(face);
