@@ -1,5 +1,7 @@
 //! What a mesh lies on while it is edited.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 
 use super::project::Projector;
@@ -63,13 +65,21 @@ impl Ground for Projector<'_> {
 
     fn turns(&self, from: &MarkedVertex, to: &MarkedVertex) -> [f64; 2] {
         let field = Projector::walls(self).field();
+        // Where both footpoints sit on edges, their triangles may be those to
+        // either side: no wall turns more than the sheet does.
+        let sheet = Ground::normal(self, from).angle_between(Ground::normal(self, to));
+        let sheet = if sheet.is_finite() {
+            sheet.min(PI - sheet)
+        } else {
+            PI
+        };
         let mut turns = [0.0; 2];
         for (turn, &face) in turns.iter_mut().zip(&from.walls) {
             let normal = field.normal(face);
             *turn = (to.walls.iter())
                 .map(|&f| normal.angle_between(field.normal(f)))
                 .filter(|a| a.is_finite())
-                .fold(std::f64::consts::PI, f64::min);
+                .fold(sheet, f64::min);
         }
         turns
     }
