@@ -66,8 +66,8 @@ pub fn mark_creases(mesh: MarkedMesh, projector: &Projector, kept: &Kept) -> Mar
     cutter.creased = (cutter.vertices.iter())
         .map(|v| cutter.is_creased(v))
         .collect();
-    cutter.snap();
-    cutter.split();
+    let left = cutter.snap();
+    cutter.split(left);
     cutter.meet();
     cutter.into_marked()
 }
@@ -125,16 +125,7 @@ impl Cutter<'_> {
         let ends = [a, b].map(|v| &self.vertices[v as usize]);
         let [from, to] = ends.map(|v| self.feet(v));
         let way = ends[1].at - ends[0].at;
-        // Every wall of one end has its like at the other; one that jumps has none.
-        let jump = |feet: &[Footpoint], x: DVec3, others: &[Footpoint], y: DVec3| {
-            feet.iter().any(|f| {
-                let least = (others.iter())
-                    .map(|g| turn(x, f, y, g))
-                    .fold(180.0, f64::min);
-                least > LEAST_JUMP
-            })
-        };
-        if !jump(&from, ends[0].at, &to, ends[1].at) && !jump(&to, ends[1].at, &from, ends[0].at) {
+        if jump(ends[0].at, &from, ends[1].at, &to) < LEAST_JUMP {
             return None;
         }
         let bracket = self.bracket(ends, mark)?;
@@ -153,8 +144,7 @@ impl Cutter<'_> {
         }
         let mut piece = ends.map(|v| v.clone());
         let jump = |p: &MarkedVertex, q: &MarkedVertex| -> f64 {
-            let [fp, fq] = [self.feet(p), self.feet(q)];
-            self.matched(p.at, &fp, q.at, &fq)
+            jump(p.at, &self.feet(p), q.at, &self.feet(q))
         };
         for _ in 0..HALVINGS {
             let [p, q] = &piece;
@@ -188,18 +178,6 @@ impl Cutter<'_> {
             }
         }
         None
-    }
-
-    /// The largest turn of a footpoint from `x` to `y`, each with its like.
-    fn matched(&self, x: DVec3, from: &[Footpoint], y: DVec3, to: &[Footpoint]) -> f64 {
-        let one = |f: &Footpoint, at: DVec3, others: &[Footpoint], other: DVec3| {
-            (others.iter())
-                .map(|g| turn(at, f, other, g))
-                .fold(180.0, f64::min)
-        };
-        let there = from.iter().map(|f| one(f, x, to, y)).fold(0.0, f64::max);
-        let back = to.iter().map(|f| one(f, y, from, x)).fold(0.0, f64::max);
-        there.max(back)
     }
 
     /// Solves the point where the walls of both ends of a short piece tie.
@@ -283,11 +261,13 @@ impl Cutter<'_> {
             .collect()
     }
 
-    /// Moves vertices onto creases near by.
-    fn snap(&mut self) {
+    /// Moves vertices onto creases near by; returns the crossings left.
+    fn snap(&mut self) -> Vec<((u32, u32), Crossing)> {
         let mut near: Vec<(u64, u32, MarkedVertex)> = Vec::new();
         let mut corners: Vec<(u32, bool)> = Vec::new();
-        for ((a, b), crossing) in self.all_crossings() {
+        let mut crossings = self.all_crossings();
+        for ((a, b), crossing) in &crossings {
+            let (a, b) = (*a, *b);
             let on_line = self.complex.class(a, b).is_some();
             for (v, share) in [(a, crossing.share), (b, 1.0 - crossing.share)] {
                 // A vertex of a line moves along it only.
@@ -318,6 +298,9 @@ impl Cutter<'_> {
                 self.creased[v as usize] = true;
             }
         }
+        // Vertices that moved are creased; the other crossings are as they were.
+        crossings.retain(|((a, b), _)| !self.creased[*a as usize] && !self.creased[*b as usize]);
+        crossings
     }
 
     /// Whether no triangle turns over or collapses if a vertex moves.
@@ -346,10 +329,10 @@ impl Cutter<'_> {
         })
     }
 
-    /// Splits the edges that still cross a crease.
-    fn split(&mut self) {
+    /// Splits edges that cross a crease.
+    fn split(&mut self, crossings: Vec<((u32, u32), Crossing)>) {
         let inside = |c: &Crossing| c.share > AT_CORNER && c.share < 1.0 - AT_CORNER;
-        for ((a, b), crossing) in self.all_crossings() {
+        for ((a, b), crossing) in crossings {
             if !inside(&crossing) || !self.may_split(a, b, crossing.vertex.at) {
                 continue;
             }
@@ -481,8 +464,27 @@ impl Cutter<'_> {
         };
         let [c, d] = [c, d].map(|v| &self.vertices[v as usize]);
         let [fc, fd] = [self.feet(c), self.feet(d)];
-        self.matched(c.at, &fc, d.at, &fd) > LEAST_JUMP
+        turns(c.at, &fc, d.at, &fd).into_iter().fold(0.0, f64::max) > LEAST_JUMP
     }
+}
+
+/// By how much footpoints jump round a convex edge between two points, degrees: one of either
+/// point has no like at the other. A wall that only joins or leaves, at a seam, is no jump.
+fn jump(x: DVec3, from: &[Footpoint], y: DVec3, to: &[Footpoint]) -> f64 {
+    let [there, back] = turns(x, from, y, to);
+    there.min(back)
+}
+
+/// The largest turn of a footpoint from `x` to its like at `y`, and back, degrees.
+fn turns(x: DVec3, from: &[Footpoint], y: DVec3, to: &[Footpoint]) -> [f64; 2] {
+    let one = |f: &Footpoint, at: DVec3, others: &[Footpoint], other: DVec3| {
+        (others.iter())
+            .map(|g| turn(at, f, other, g))
+            .fold(180.0, f64::min)
+    };
+    let there = from.iter().map(|f| one(f, x, to, y)).fold(0.0, f64::max);
+    let back = to.iter().map(|f| one(f, y, from, x)).fold(0.0, f64::max);
+    [there, back]
 }
 
 /// By how much the direction of a footpoint turns from one point to another,

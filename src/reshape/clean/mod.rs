@@ -156,12 +156,19 @@ const SHORT: usize = 0;
 const FLIP: usize = 1;
 const POOR: usize = 2;
 
+/// A vertex with the triangles at it.
+struct Ring {
+    centre: u32,
+    /// By number, corners and shape.
+    triangles: SmallVec<[(u32, [u32; 3], Shape); 8]>,
+    /// Sine of their worst angle.
+    worst: f64,
+}
+
 /// What a contraction would do.
 struct Outcome {
     /// Sine of the worst angle after.
     sine: f64,
-    /// Sine of the worst angle before, of all triangles concerned.
-    before: f64,
     /// Longest edge made.
     longest: f64,
     /// How far the surface moves.
@@ -250,8 +257,7 @@ impl<'f> Cleaner<'f> {
                 if !self.complex.adjacent(a, b) {
                     continue;
                 }
-                let acceptable = |o: &Outcome| o.sine >= LOSS * o.before.min(GOOD_ENOUGH);
-                if let Some((u, v, outcome)) = self.best_contraction(a, b, acceptable)
+                if let Some((u, v, outcome)) = self.best_contraction(a, b)
                     && self.contracts_clear(u, v)
                 {
                     self.contract(u, v, outcome.drift);
@@ -280,25 +286,20 @@ impl<'f> Cleaner<'f> {
             let mut best: Option<(u32, u32, Outcome)> = None;
             // Each corner onto each of its neighbours: a cap's apex may go to
             // the far side.
-            for u in c {
+            for ring in c.into_iter().filter_map(|u| self.ring(u)) {
                 let mut seen: SmallVec<[u32; 16]> = SmallVec::new();
-                let around: SmallVec<[u32; 16]> = SmallVec::from_slice(self.complex.around(u));
-                for v in around
-                    .into_iter()
-                    .filter_map(|s| self.complex.corners(s))
-                    .flatten()
-                {
-                    if v == u || seen.contains(&v) {
+                for v in ring.triangles.iter().flat_map(|(_, c, _)| *c) {
+                    if v == ring.centre || seen.contains(&v) {
                         continue;
                     }
                     seen.push(v);
-                    let Some(outcome) = self.contraction(u, v) else {
+                    let worth = (GAIN * ring.worst).min(GOOD_ENOUGH);
+                    let so_far = best.as_ref().map_or(worth, |b| b.2.sine.max(worth));
+                    let Some(outcome) = self.contraction(&ring, v, so_far) else {
                         continue;
                     };
-                    let good = outcome.sine > (GAIN * outcome.before).min(GOOD_ENOUGH)
-                        && outcome.longest <= self.long;
-                    if good && best.as_ref().is_none_or(|b| outcome.sine > b.2.sine) {
-                        best = Some((u, v, outcome));
+                    if outcome.sine > so_far && outcome.longest <= self.long {
+                        best = Some((ring.centre, v, outcome));
                     }
                 }
             }
@@ -332,13 +333,11 @@ impl<'f> Cleaner<'f> {
     /// The better way to contract an edge, of those that are acceptable: the
     /// lower rank goes, then the worst angle decides, then the lower number
     /// stays.
-    fn best_contraction(
-        &self,
-        a: u32,
-        b: u32,
-        acceptable: impl Fn(&Outcome) -> bool,
-    ) -> Option<(u32, u32, Outcome)> {
-        let try_one = |u: u32, v: u32| self.contraction(u, v).filter(&acceptable);
+    fn best_contraction(&self, a: u32, b: u32) -> Option<(u32, u32, Outcome)> {
+        let try_one = |u: u32, v: u32| {
+            let ring = self.ring(u)?;
+            self.contraction(&ring, v, LOSS * ring.worst.min(GOOD_ENOUGH))
+        };
         match (self.complex.rank(a), self.complex.rank(b)) {
             (ra, rb) if ra < rb => try_one(a, b).map(|o| (a, b, o)),
             (ra, rb) if ra > rb => try_one(b, a).map(|o| (b, a, o)),
@@ -358,16 +357,35 @@ impl<'f> Cleaner<'f> {
         self.edits.contracted += 1;
     }
 
-    /// What contracting the edge from `u` to `v` would do, if it may be done.
-    fn contraction(&self, u: u32, v: u32) -> Option<Outcome> {
+    /// The surroundings of a vertex, unless they are to stay.
+    fn ring(&self, centre: u32) -> Option<Ring> {
         let complex = &self.complex;
-        if self.kept[u as usize] {
-            return None;
+        let mut triangles = SmallVec::new();
+        let mut worst = 1.0_f64;
+        for &t in complex.around(centre) {
+            let c = complex.corners(t)?;
+            if c.iter().any(|&w| self.kept[w as usize]) {
+                return None;
+            }
+            let shape = self.shape(c);
+            worst = worst.min(shape.sine);
+            triangles.push((t, c, shape));
         }
+        (!triangles.is_empty()).then_some(Ring {
+            centre,
+            triangles,
+            worst,
+        })
+    }
+
+    /// What contracting the edge from the centre of a ring to `v` would do, if it may be
+    /// done and leaves no sine below `least`.
+    fn contraction(&self, ring: &Ring, v: u32, least: f64) -> Option<Outcome> {
+        let complex = &self.complex;
+        let u = ring.centre;
         let (from, to) = (complex.at(u), complex.at(v));
         let mut outcome = Outcome {
             sine: 1.0,
-            before: 1.0,
             longest: 0.0,
             drift: 0.0,
         };
@@ -375,20 +393,18 @@ impl<'f> Cleaner<'f> {
             outcome.drift = self.line_drift(u, v)?;
         }
         let mut to_new = f64::INFINITY;
-        for &t in complex.around(u) {
-            let c = complex.corners(t)?;
-            if c.iter().any(|&w| self.kept[w as usize]) {
-                return None;
-            }
-            let old = self.shape(c);
-            outcome.before = outcome.before.min(old.sine);
+        for (t, c, old) in &ring.triangles {
             if c.contains(&v) {
                 continue;
             }
             let moved = c.map(|w| if w == u { v } else { w });
             let new = self.shape(moved);
             let flat = new.flatness < FLATTEST && new.flatness < LOSS * old.flatness;
-            if flat || new.flatness <= 0.0 || !complex.keeps_direction(t, c, &old, &new) {
+            if flat
+                || new.flatness <= 0.0
+                || new.sine < least
+                || !complex.keeps_direction(*t, *c, old, &new)
+            {
                 return None;
             }
             outcome.sine = outcome.sine.min(new.sine);
@@ -439,11 +455,17 @@ impl<'f> Cleaner<'f> {
         if (ring.iter().flatten()).all(|&v| complex.rank(v) == Rank::Inner) {
             return true;
         }
+        let places = |c: &[u32; 3]| c.map(|v| complex.at(v));
+        let span = |[a, b, c]: [DVec3; 3]| (a.min(b).min(c), a.max(b).max(c));
+        let spans: SmallVec<[_; 64]> = ring.iter().map(|r| span(places(r))).collect();
         let clashes = |t: &[u32; 3]| {
-            ring.iter().any(|r| {
+            let (low, high) = span(places(t));
+            ring.iter().zip(&spans).any(|(r, (least, most))| {
                 let sound = |c: [u32; 3]| self.shape(c).flatness > NO_HEIGHT;
-                let places = [*t, *r].map(|c| c.map(|v| complex.at(v)));
-                sound(*t) && sound(*r) && clash(places, [*t, *r])
+                (least.cmple(high) & most.cmpge(low)).all()
+                    && sound(*t)
+                    && sound(*r)
+                    && clash([places(t), places(r)], [*t, *r])
             })
         };
         let mut before = old.iter().filter_map(|&t| complex.corners(t));
