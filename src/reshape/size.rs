@@ -7,6 +7,7 @@ use std::collections::BinaryHeap;
 use super::complex::{Complex, Rank};
 use super::ground::Ground;
 use super::lines::Lines;
+use super::uncut::Kept;
 use crate::surface::marked::MarkedVertex;
 
 /// How fine, and how true to the surface.
@@ -121,14 +122,16 @@ const FLOOR: f64 = 0.02;
 const FLOOR_IN_SAGS: f64 = 1.5;
 
 /// The target edge length at every vertex: the element size, less where a wall
-/// or a line bends, where lines are short or close together, and growing away
-/// from such places by [`Settings::grading`].
+/// or a line bends, where lines are short or close together, half of that for
+/// every try that failed, and growing away from such places by
+/// [`Settings::grading`].
 pub(super) fn sizes(
     complex: &Complex,
     vertices: &[MarkedVertex],
     lines: &Lines,
     ground: &dyn Ground,
     wanted: &Wanted,
+    kept: &Kept,
 ) -> Vec<f64> {
     let mut size = vec![wanted.size; vertices.len()];
     let floor = (FLOOR * wanted.size).max(FLOOR_IN_SAGS * wanted.sag);
@@ -157,6 +160,9 @@ pub(super) fn sizes(
     }
     for (v, gap) in gaps(complex, lines, &around, wanted.size / wanted.parts) {
         lower(v, wanted.parts * gap, &mut size);
+    }
+    for (v, size) in (0..).zip(&mut size) {
+        *size *= 0.5_f64.powi(kept.tries_at(complex.at(v)));
     }
     grade(&mut size, &around, wanted.grading);
     size

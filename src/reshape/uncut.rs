@@ -3,31 +3,39 @@
 //! An edit looks at the triangles around it alone; that another sheet passes
 //! there shows in the whole. So the whole is looked at once all edits are made,
 //! and where triangles cut each other that did not before, the edits are made
-//! again without those beside that place.
+//! again, without those beside that place or, where a mesh of elements is made,
+//! with smaller ones there.
 
 use glam::DVec3;
 
 use crate::mesh::{FaceId, self_intersections};
 use crate::surface::marked::MarkedMesh;
 
-/// Places where nothing is edited: balls by centre and radius.
+/// Places where edits made triangles cut each other: balls by centre, radius and
+/// the try, from 1, that showed it.
 #[derive(Clone, Debug, Default)]
-pub struct Kept(Vec<(DVec3, f64)>);
+pub struct Kept(Vec<(DVec3, f64, i32)>);
 
 impl Kept {
     /// Whether a vertex at a place stays, with its triangles.
     pub(super) fn contains(&self, p: DVec3) -> bool {
-        self.0.iter().any(|(centre, r)| p.distance(*centre) <= *r)
+        self.tries_at(p) > 0
+    }
+
+    /// The last try that failed beside a place; 0 where none did.
+    pub(super) fn tries_at(&self, p: DVec3) -> i32 {
+        let here = self.0.iter().filter(|(c, r, _)| p.distance(*c) <= *r);
+        here.map(|&(_, _, n)| n).max().unwrap_or(0)
     }
 
     /// Keeps the surroundings of two triangles: a ball `wide` times as wide as
     /// their corners need.
-    fn keep(&mut self, mesh: &MarkedMesh, pair: (FaceId, FaceId), wide: f64) {
+    fn keep(&mut self, mesh: &MarkedMesh, pair: (FaceId, FaceId), wide: f64, attempt: i32) {
         let corners = [pair.0, pair.1].map(|f| mesh.triangles[f.index()]);
         let places = || (corners.iter().flatten()).map(|&v| mesh.vertices[v as usize].at);
         let centre = places().sum::<DVec3>() / 6.0;
         let radius = places().map(|p| p.distance(centre)).fold(0.0, f64::max);
-        self.0.push((centre, wide * radius));
+        self.0.push((centre, wide * radius, attempt));
     }
 }
 
@@ -37,19 +45,41 @@ pub fn without_cuts(
     mesh: MarkedMesh,
     edit: impl Fn(&MarkedMesh, &Kept) -> MarkedMesh,
 ) -> MarkedMesh {
-    const ROUNDS: i32 = 5;
+    let (edited, more) = fewest_cuts(&mesh, |kept| edit(&mesh, kept), |edited| edited);
+    if more { mesh } else { edited }
+}
+
+/// What is made of a mesh with the fewest pairs of triangles that pass through
+/// each other, the first that has no more of them than the mesh; and whether
+/// even that has more.
+pub(super) fn fewest_cuts<T>(
+    mesh: &MarkedMesh,
+    make: impl Fn(&Kept) -> T,
+    made: impl Fn(&T) -> &MarkedMesh,
+) -> (T, bool) {
+    const TRIES: i32 = 5;
     let cuts = |mesh: &MarkedMesh| self_intersections(&mesh.plain());
     let mut kept = Kept::default();
-    let mut before = None;
-    for round in 0..ROUNDS {
-        let edited = edit(&mesh, &kept);
-        let found = cuts(&edited);
-        if found.is_empty() || found.len() <= *before.get_or_insert_with(|| cuts(&mesh).len()) {
-            return edited;
+    let mut allowed = None;
+    let mut best: Option<(usize, T)> = None;
+    for attempt in 1.. {
+        let next = make(&kept);
+        let found = cuts(made(&next));
+        let count = found.len();
+        if count == 0 || count <= *allowed.get_or_insert_with(|| cuts(mesh).len()) {
+            return (next, false);
         }
         for pair in found {
-            kept.keep(&edited, pair, 1.5 * 2_f64.powi(round));
+            kept.keep(made(&next), pair, 1.5 * 2_f64.powi(attempt - 1), attempt);
         }
+        let least = match best.take() {
+            Some(best) if best.0 <= count => best,
+            _ => (count, next),
+        };
+        if attempt == TRIES {
+            return (least.1, true);
+        }
+        best = Some(least);
     }
-    mesh
+    unreachable!("tries end above")
 }

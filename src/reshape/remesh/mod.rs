@@ -37,6 +37,7 @@ use super::lines::Lines;
 use super::shape::Shape;
 pub use super::size::{Junctions, Settings};
 use super::size::{Wanted, sizes};
+use super::uncut::{Kept, fewest_cuts};
 use crate::surface::Ball;
 use crate::surface::marked::{MarkedMesh, MarkedVertex};
 use straight::Support;
@@ -86,9 +87,20 @@ const LEANING: f64 = 0.5;
 /// Turns within this share of the element size count as one corner.
 const CORNER_WIDTH: f64 = 0.1;
 
-/// Remeshes towards an element size.
+/// Remeshes towards an element size. Where elements of that size would pass
+/// through each other they are made smaller, and junctions stay as they are.
 pub(crate) fn remesh(mesh: &MarkedMesh, ground: &dyn Ground, settings: &Settings) -> Meshed {
-    let mut remesher = Remesher::new(mesh, ground, settings);
+    let make = |kept: &Kept| remesh_with(mesh, ground, settings, kept);
+    fewest_cuts(mesh, make, |meshed| &meshed.mesh).0
+}
+
+fn remesh_with(
+    mesh: &MarkedMesh,
+    ground: &dyn Ground,
+    settings: &Settings,
+    kept: &Kept,
+) -> Meshed {
+    let mut remesher = Remesher::new(mesh, ground, settings, kept);
     for _ in 0..ROUNDS {
         remesher.contract_short();
         remesher.split_long();
@@ -146,13 +158,20 @@ struct Remesher<'a> {
     targets: Vec<(u32, DVec3)>,
     /// Whether lines stay where they are.
     frozen: bool,
+    /// Where elements came to pass through each other.
+    kept: &'a Kept,
     ground: &'a dyn Ground,
     sag: f64,
     edits: Edits,
 }
 
 impl<'a> Remesher<'a> {
-    fn new(mesh: &MarkedMesh, ground: &'a dyn Ground, settings: &Settings) -> Remesher<'a> {
+    fn new(
+        mesh: &MarkedMesh,
+        ground: &'a dyn Ground,
+        settings: &Settings,
+        kept: &'a Kept,
+    ) -> Remesher<'a> {
         let wanted = settings.wanted();
         // Quadrilaterals come of halving.
         let first = match settings.quads {
@@ -165,7 +184,7 @@ impl<'a> Remesher<'a> {
             complex.pin(v);
         }
         let lines = Lines::new(&complex, &mesh.vertices);
-        let sizes = |wanted: &Wanted| sizes(&complex, &mesh.vertices, &lines, ground, wanted);
+        let sizes = |wanted: &Wanted| sizes(&complex, &mesh.vertices, &lines, ground, wanted, kept);
         let size = sizes(&first);
         let fine = match settings.quads {
             true => sizes(&wanted),
@@ -178,6 +197,7 @@ impl<'a> Remesher<'a> {
             straight: vec![None; mesh.vertices.len()],
             targets: Vec::new(),
             frozen: false,
+            kept,
             size,
             fine,
             lines,

@@ -89,6 +89,9 @@ impl Remesher<'_> {
         }
         let ends = self.rib_ends(&at_vertex);
         for v in 0..self.vertices.len() as u32 {
+            if self.kept.contains(self.complex.at(v)) {
+                continue;
+            }
             let here = &at_vertex[v as usize];
             let known: Option<SmallVec<[Support; 3]>> = here.iter().copied().collect();
             let Some(known) = known.filter(|k| !k.is_empty()) else {
