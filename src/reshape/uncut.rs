@@ -45,24 +45,26 @@ pub fn without_cuts(
     mesh: MarkedMesh,
     edit: impl Fn(&MarkedMesh, &Kept) -> MarkedMesh,
 ) -> MarkedMesh {
-    let (edited, more) = fewest_cuts(&mesh, |kept| edit(&mesh, kept), |edited| edited);
+    const TRIES: i32 = 5;
+    let (edited, more) = fewest_cuts(&mesh, TRIES, |kept| edit(&mesh, kept), |edited| edited);
     if more { mesh } else { edited }
 }
 
 /// What is made of a mesh with the fewest pairs of triangles that pass through
-/// each other, the first that has no more of them than the mesh; and whether
-/// even that has more.
+/// each other, or the first in `tries` that has no more of them than the mesh; and
+/// whether even that has more.
 pub(super) fn fewest_cuts<T>(
     mesh: &MarkedMesh,
+    tries: i32,
     make: impl Fn(&Kept) -> T,
     made: impl Fn(&T) -> &MarkedMesh,
 ) -> (T, bool) {
-    const TRIES: i32 = 5;
     let cuts = |mesh: &MarkedMesh| self_intersections(&mesh.plain());
     let mut kept = Kept::default();
     let mut allowed = None;
     let mut best: Option<(usize, T)> = None;
-    for attempt in 1.. {
+    let mut attempt = 1;
+    loop {
         let next = make(&kept);
         let found = cuts(made(&next));
         let count = found.len();
@@ -76,10 +78,10 @@ pub(super) fn fewest_cuts<T>(
             Some(best) if best.0 <= count => best,
             _ => (count, next),
         };
-        if attempt == TRIES {
+        if attempt >= tries {
             return (least.1, true);
         }
         best = Some(least);
+        attempt += 1;
     }
-    unreachable!("tries end above")
 }

@@ -77,6 +77,9 @@ const ROUNDS: usize = 6;
 /// Rounds that better what is poor after that.
 const POLISH: usize = 4;
 
+/// Tries to keep elements from passing through each other.
+const TRIES: i32 = 3;
+
 /// A line has a corner where it turns by more, degrees.
 const CORNER: f64 = 30.0;
 
@@ -91,15 +94,10 @@ const CORNER_WIDTH: f64 = 0.1;
 /// through each other they are made smaller, and junctions stay as they are.
 pub(crate) fn remesh(mesh: &MarkedMesh, ground: &dyn Ground, settings: &Settings) -> Meshed {
     let make = |kept: &Kept| remesh_with(mesh, ground, settings, kept);
-    fewest_cuts(mesh, make, |meshed| &meshed.mesh).0
+    fewest_cuts(mesh, TRIES, make, |meshed| &meshed.mesh).0
 }
 
-fn remesh_with(
-    mesh: &MarkedMesh,
-    ground: &dyn Ground,
-    settings: &Settings,
-    kept: &Kept,
-) -> Meshed {
+fn remesh_with(mesh: &MarkedMesh, ground: &dyn Ground, settings: &Settings, kept: &Kept) -> Meshed {
     let mut remesher = Remesher::new(mesh, ground, settings, kept);
     for _ in 0..ROUNDS {
         remesher.contract_short();
