@@ -181,6 +181,15 @@ pub fn extract_until(
         tracer.run(progress, stop)?;
         let counts = tracer.counts();
         let mesh = tracer.assemble();
+        tracing::info!(
+            cells = counts.cells,
+            queries = counts.queries,
+            triangles = mesh.triangles.len(),
+            lost = counts.lost,
+            matched = counts.matched,
+            torn = counts.torn,
+            "traced"
+        );
         let trace_seconds = start.elapsed().as_secs_f64();
         finish(&scene, mesh, counts, trace_seconds, progress, stop)
     })
@@ -237,6 +246,7 @@ pub(crate) fn with_scene<R, E: From<ExtractError>>(
     let cell = cell_size(part, &profile, settings)?;
     let walls = Walls::new(part, &field, separation(settings));
     let lattice = lattice(part, &field, &profile, cell, settings)?;
+    tracing::info!(cell, thickness = profile.percentile(50.0), "field built");
     go(Scene {
         solid: solid.as_ref(),
         whole,
@@ -279,6 +289,10 @@ pub(crate) fn finish(
         let cleaned = clean::clean_on(mesh, cell, field, kept);
         mark_creases(cleaned, &projector, kept)
     });
+    tracing::info!(
+        triangles = traced.triangles.len(),
+        "cleaned, creases marked"
+    );
     stop.heed()?;
     let mesh_seconds = start.elapsed().as_secs_f64();
 
@@ -286,7 +300,14 @@ pub(crate) fn finish(
         Some(wanted) => {
             progress("remesh", 0, 0);
             reshape::fits(traced.plain().area(), wanted.size, settings.memory_limit)?;
-            remesh(&traced, &projector, &wanted)
+            let meshed = remesh(&traced, &projector, &wanted);
+            tracing::info!(
+                triangles = meshed.mesh.triangles.len(),
+                quads = meshed.quads.len(),
+                chords = meshed.edits.chords,
+                "remeshed"
+            );
+            meshed
         }
         None => Meshed {
             mesh: traced,

@@ -188,6 +188,15 @@ pub fn contour(
     );
     let positions = vertices.into_iter().map(|v| v.position).collect();
     stop.heed()?;
+    tracing::debug!(
+        cell = grid.cell(),
+        in_cells,
+        on_faces,
+        on_edges = counts[2],
+        queries = asked,
+        triangles = triangles.len(),
+        "contoured"
+    );
     Ok(Contour {
         mesh: TriMesh {
             positions,

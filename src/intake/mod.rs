@@ -213,6 +213,11 @@ impl Input {
                 _ => IntakeError::in_mesh(file, &loaded, error),
             }
         })?;
+        tracing::info!(
+            triangles = part.triangle_count(),
+            coping = part.coping_count(),
+            "part read"
+        );
         warnings.extend(more.iter().map(|warning| {
             Warning::new(warning.code(), format!("{}: {warning}", shown_path(file)))
         }));

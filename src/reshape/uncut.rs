@@ -71,6 +71,11 @@ pub(super) fn fewest_cuts<T>(
         if count == 0 || count <= *allowed.get_or_insert_with(|| cuts(mesh).len()) {
             return (next, false);
         }
+        tracing::debug!(
+            attempt,
+            pairs = count,
+            "triangles pass through each other: made again"
+        );
         for pair in found {
             kept.keep(made(&next), pair, 1.5 * 2_f64.powi(attempt - 1), attempt);
         }

@@ -85,6 +85,7 @@ impl Maker<'_> {
         for (finer, shifts) in GRIDS {
             let cell = finer * self.settings.cell;
             for shift in shifts {
+                tracing::debug!(cell, shift, "contour tried");
                 match self.grid(cell, shift * cell) {
                     Ok(grid) => self.contour(&grid, &mut tried)?,
                     Err(error) if tried.whole.is_none() => return Err(error.into()),

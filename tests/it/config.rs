@@ -138,11 +138,42 @@ fn the_log_has_what_is_said_and_the_stages() {
     for line in text(&output.stderr).lines() {
         assert!(log.contains(line), "{line}");
     }
+    assert!(log.contains(" DEBUG "), "{log}");
     desk.put("bad.obj", "v 0 0 nan\n");
     let output = desk.run(&["extract", "bad.obj", "--log-file", "bad.log", "-q"]);
     assert_eq!(output.status.code(), Some(2));
     let log = std::fs::read_to_string(desk.path("bad.log")).unwrap();
     assert!(log.contains("Error: bad.obj, line 1"), "{log}");
+}
+
+#[test]
+fn stages_are_told_as_often_as_asked() {
+    let desk = Desk::new();
+    plate(&desk);
+    let said = |flags: &[&str]| {
+        let output = desk.run(&[&["extract", "plate.obj"], flags].concat());
+        assert_eq!(output.status.code(), Some(0));
+        text(&output.stderr)
+    };
+    let [none, once, twice] = [&[][..], &["-v"], &["-vv"]].map(said);
+    assert!(!none.contains(" INFO "), "{none}");
+    for event in ["traced cells=", "trace took ", "field took "] {
+        assert!(once.contains(event), "{once}");
+    }
+    assert!(!once.contains("DEBUG"), "{once}");
+    assert!(twice.contains("DEBUG"), "{twice}");
+    let output = desk.run(&[
+        "offset",
+        "plate.obj",
+        "--distance",
+        "1",
+        "-o",
+        "o.stl",
+        "-v",
+    ]);
+    assert!(text(&output.stderr).contains("band took "));
+    let output = desk.run(&["extract", "plate.obj", "-v", "-q"]);
+    assert_eq!(output.status.code(), Some(2));
 }
 
 #[test]

@@ -82,6 +82,11 @@ fn a_mid_surface_is_remeshed_on_its_solid_of_several() {
     assert_eq!(told["settings"]["solid"], "tile");
     let area = told["result"]["area"].as_f64().unwrap();
     assert!((area - 64.0).abs() < 1e-9, "{area}");
+    let there_and_back = ["roundtrip", "two.stl", "--body", "tile"];
+    let told = report(&desk, &there_and_back);
+    assert_eq!(told["settings"]["solid"], "tile");
+    let volume = told["input"]["volume"].as_f64().unwrap();
+    assert!((volume - 64.0).abs() < 1e-9, "{told}");
 }
 
 #[test]

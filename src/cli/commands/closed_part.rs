@@ -56,9 +56,6 @@ pub(crate) struct ClosedPartArgs {
     memory: MemoryArgs,
     #[command(flatten)]
     run: RunArgs,
-    /// Print what each stage took and left
-    #[arg(short, long, conflicts_with = "quiet")]
-    verbose: bool,
 }
 
 /// What becomes of cavities.
@@ -170,7 +167,7 @@ pub(crate) fn run(
             figure(result.centre_deviation.mean / distance.abs()),
         ));
     }
-    if args.verbose {
+    if args.run.verbose > 0 {
         details(&result);
     }
     Ok(if bodies.is_solid() {
@@ -203,7 +200,6 @@ impl ClosedPartArgs {
             solid: self.solid,
             memory: self.memory,
             run: self.run,
-            verbose: self.verbose,
         }
     }
 

@@ -37,7 +37,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     if !args.run.quiet {
         progress.aside(|| print_warnings(&input.warnings));
     }
-    if args.verbose > 0 {
+    if args.run.verbose > 0 {
         progress.aside(|| describe(&input));
     }
     let show = |stage, done, expected| progress.show(stage, done, expected);
@@ -79,7 +79,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     }
     if !args.run.quiet {
         print_warnings(&report.warnings);
-        for line in report.summary(&result, args.verbose) {
+        for line in report.summary(&result, args.run.verbose) {
             say(format_args!("{line}"));
         }
     }

@@ -100,9 +100,6 @@ pub(crate) struct Args {
     pub(crate) shell: ShellArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
-    /// Print more; twice for all
-    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
-    pub(crate) verbose: u8,
 }
 
 impl Args {

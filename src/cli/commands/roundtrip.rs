@@ -20,7 +20,7 @@ use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::memory::MemoryArgs;
-use crate::cli::shared::reading::ReadingArgs;
+use crate::cli::shared::reading::{BodyArgs, ReadingArgs};
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 
@@ -84,6 +84,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE")]
     solid: Option<PathBuf>,
     #[command(flatten)]
+    select: BodyArgs,
+    #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
     memory: MemoryArgs,
@@ -101,7 +103,12 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     args.run.check_names(&inputs, files)?;
     let start = Instant::now();
     let progress = args.run.start()?;
-    let mut input = Input::read(&args.part, &args.coping, &args.reading.with(None), false)?;
+    let mut input = Input::read(
+        &args.part,
+        &args.coping,
+        &args.reading.with(Some(&(&args.select).into())),
+        false,
+    )?;
     let settings = Settings {
         extract: extract::Settings {
             cell: args.cell,
@@ -146,7 +153,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "area": input.part.area(),
         }),
         settings: args.reading.beside(
-            None,
+            Some(&(&args.select).into()),
             json!({
                 "cell": args.cell,
                 "cell_length": result.extraction.work.cell,

@@ -94,9 +94,6 @@ pub(crate) struct Args {
     memory: MemoryArgs,
     #[command(flatten)]
     run: RunArgs,
-    /// Print more
-    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
-    verbose: u8,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -223,7 +220,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     drop(progress);
     if !args.run.quiet {
         print_warnings(&warnings);
-        summary(&solid, &settings, args.verbose);
+        summary(&solid, &settings, args.run.verbose);
     }
     let sound = solid.folded.is_empty() && solid.intersections.is_empty();
     Ok(if sound {

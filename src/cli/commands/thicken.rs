@@ -76,9 +76,6 @@ pub(crate) struct Args {
     pub(super) memory: MemoryArgs,
     #[command(flatten)]
     pub(super) run: RunArgs,
-    /// Print what each stage took
-    #[arg(short, long, conflicts_with = "quiet")]
-    pub(super) verbose: bool,
 }
 
 /// `--side`.
@@ -177,7 +174,7 @@ pub(super) fn one_sided(command: &str, args: &Args, side: Side) -> Result<ExitCo
         print_warnings(&warnings);
         summary(&result, settings.thickness);
     }
-    if args.verbose {
+    if args.run.verbose > 0 {
         details(&result);
     }
     Ok(if result.is_sound() && result.missing.is_none() {

@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use midsurf::io::quote::figure;
 use serde_json::json;
 
 use super::console::log;
@@ -36,9 +37,21 @@ pub(crate) struct Progress {
 /// What was told last.
 struct Shown {
     stage: &'static str,
+    /// When that began.
+    began: Instant,
     /// Whether the stage's number of steps is known.
     counted: bool,
     at: Option<Instant>,
+}
+
+impl Shown {
+    /// Tells what the stage took.
+    fn end(&self) {
+        if !self.stage.is_empty() {
+            let seconds = figure((1e3 * self.began.elapsed().as_secs_f64()).round() / 1e3);
+            tracing::info!(target: "midsurf", "{} took {seconds} s", self.stage);
+        }
+    }
 }
 
 impl Progress {
@@ -60,6 +73,7 @@ impl Progress {
             start: Instant::now(),
             shown: Mutex::new(Shown {
                 stage: "",
+                began: Instant::now(),
                 counted: false,
                 at: None,
             }),
@@ -75,6 +89,8 @@ impl Progress {
         let new = shown.stage != stage;
         if new {
             log(stage);
+            shown.end();
+            shown.began = Instant::now();
         }
         if self.json && (new || shown.at.is_none_or(|at| at.elapsed() >= BETWEEN)) {
             self.tell(stage, done, total);
@@ -112,6 +128,7 @@ impl Drop for Progress {
     /// Removes the bar.
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+        self.shown.lock().unwrap_or_else(|e| e.into_inner()).end();
         if self.json {
             self.tell("end", 0, 0);
         }

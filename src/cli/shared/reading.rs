@@ -34,8 +34,29 @@ pub(crate) struct ReadingArgs {
 pub(crate) struct SelectArgs {
     /// Of several solids in the file take this one: its number, counted from 1, its
     /// name, or `all`
-    #[arg(long, value_name = "SOLID", default_value = "all")]
+    #[arg(
+        long,
+        value_name = "SOLID",
+        default_value = "all",
+        visible_alias = "body"
+    )]
     solid: String,
+}
+
+/// Which of several solids, for a command that writes one as `--solid`.
+#[derive(clap::Args, Clone, Debug)]
+pub(crate) struct BodyArgs {
+    /// Of several solids in the file take this one: its number, counted from 1, its
+    /// name, or `all`
+    #[arg(long, value_name = "SOLID", default_value = "all")]
+    body: String,
+}
+
+impl From<&BodyArgs> for SelectArgs {
+    fn from(args: &BodyArgs) -> SelectArgs {
+        let solid = args.body.clone();
+        SelectArgs { solid }
+    }
 }
 
 impl ReadingArgs {

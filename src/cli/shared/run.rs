@@ -8,7 +8,7 @@ use midsurf::io::write::{Staged, WriteError, check_target, stage};
 use serde_json::Value;
 
 use super::config;
-use super::console::open_log;
+use super::console::{self, open_log};
 use super::failure::Failure;
 use super::pool;
 use super::progress::{Progress, ProgressArg};
@@ -25,6 +25,10 @@ pub(crate) struct RunArgs {
     /// Print errors and nothing else
     #[arg(short, long)]
     pub(crate) quiet: bool,
+    /// Print more: what each stage gave as it ends, in place of a bar; twice for
+    /// what was tried within
+    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
+    pub(crate) verbose: u8,
     /// How to tell where the work is
     #[arg(
         long,
@@ -61,8 +65,9 @@ impl RunArgs {
                 Failure::input(WriteError::Io { file, source })
             })?;
         }
+        console::trace(self.verbose, self.log_file.is_some());
         pool::start(self.threads);
-        let progress = Progress::new(self.progress, self.quiet);
+        let progress = Progress::new(self.progress, self.quiet || self.verbose > 0);
         progress.show("reading", 0, 0);
         Ok(progress)
     }

@@ -148,6 +148,12 @@ pub fn detect(mesh: &TriMesh, options: &Options) -> Detection {
     };
     let doubts = seen.doubts();
 
+    tracing::debug!(
+        samples = samples.len(),
+        faces = faces.len(),
+        thin_wall,
+        "coping faces decided"
+    );
     let list = list(&surface, &faces, &measures, &decision, doubts);
     let coping = |triangle: u32| decision.coping[faces.of(triangle)];
     let (mut thin, mut whole) = (0.0, 0.0);
