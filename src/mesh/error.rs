@@ -194,6 +194,12 @@ pub enum PartWarning {
         /// Triangles added.
         triangles: usize,
     },
+    /// Triangles without area, of three vertices in a row, were given a piece of
+    /// the triangle beyond their longest edge.
+    Flipped {
+        /// How many.
+        triangles: usize,
+    },
     /// Triangles lay on others of the same three vertices, and were left out.
     Doubled {
         /// Triangles left out.
@@ -284,6 +290,7 @@ impl PartWarning {
         match self {
             PartWarning::Welded { .. } => "welded",
             PartWarning::Stitched { .. } => "stitched",
+            PartWarning::Flipped { .. } => "flipped",
             PartWarning::Doubled { .. } => "doubled",
             PartWarning::Filled { .. } => "filled",
             PartWarning::Unpinched { .. } => "unpinched",
@@ -311,6 +318,10 @@ impl fmt::Display for PartWarning {
             PartWarning::Stitched { edges, triangles } => write!(
                 f,
                 "{edges} edges were open because vertices lie on them that their triangle does not have; splitting there added {triangles} triangles"
+            ),
+            PartWarning::Flipped { triangles } => write!(
+                f,
+                "{triangles} triangles had no area, their vertices being in a row; the triangles beyond were split there in their place"
             ),
             PartWarning::Doubled { triangles } => write!(
                 f,

@@ -8,7 +8,8 @@
 //! crack, no vertex outside the part, no triangles that cut each other, no
 //! triangle without area, and the right topology, unless the result says that a
 //! feature is too small for the cell. Borders where no wall ends (torn) are told.
-//! Numbers of bad placements are told, so that `--only` repeats one.
+//! Numbers of bad placements are told, so that `--only` repeats one, and then the
+//! places, where they are in the part as it was given.
 //!
 //! A part is a file with its `PART.coping.txt`, if there is one, and what is
 //! right is its own topology where it lies at cells of one thickness; or one of
@@ -149,20 +150,56 @@ fn judge(part: &Part, e: &Extraction, want: &Shape) -> Faults {
     let mesh = e.surface.mesh();
     let field = Field::new(part);
     let limit = OUTSIDE * part.bounds().diagonal();
-    let flat = |&[a, b, c]: &[DVec3; 3]| {
-        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-        (b - a).cross(c - a).length() <= NO_AREA * longest * longest
-    };
     Faults {
         cracks: e.graph.cracks().len(),
         outside: (mesh.positions.iter())
             .filter(|p| field.signed_clearance(**p) < -limit)
             .count(),
         cut: self_intersections(&mesh).len(),
-        flat: mesh.faces().filter(|f| flat(&mesh.corners(*f))).count(),
+        flat: mesh
+            .faces()
+            .filter(|f| has_no_area(&mesh.corners(*f)))
+            .count(),
         torn: e.work.counts.torn,
         other_shape: shape(e) != *want && e.closed_over.is_empty(),
     }
+}
+
+/// Where cracks, triangles that cut each other and those without area are, by the
+/// way back to the part as it was given.
+fn places(e: &Extraction, back: impl Fn(DVec3) -> DVec3) {
+    let mesh = e.surface.mesh();
+    let tell = |what: &str, at: DVec3, size: f64| {
+        println!("    {what} at {:.4}, {size:.2e} long", back(at))
+    };
+    for crack in e.graph.cracks() {
+        tell("crack", crack.at, crack.length);
+    }
+    for (f, g) in self_intersections(&mesh) {
+        let corners = [f, g].map(|f| mesh.corners(f));
+        let middle = corners.iter().flatten().sum::<DVec3>() / 6.0;
+        tell(
+            "cut",
+            middle,
+            longest(&corners[0]).min(longest(&corners[1])),
+        );
+    }
+    for corners in mesh.faces().map(|f| mesh.corners(f)).filter(has_no_area) {
+        tell(
+            "flat",
+            corners.iter().sum::<DVec3>() / 3.0,
+            longest(&corners),
+        );
+    }
+}
+
+fn longest(&[a, b, c]: &[DVec3; 3]) -> f64 {
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
+}
+
+fn has_no_area(corners: &[DVec3; 3]) -> bool {
+    let [a, b, c] = *corners;
+    (b - a).cross(c - a).length() <= NO_AREA * longest(corners).powi(2)
 }
 
 /// A part where it lies, with its thickness and shape there; tells what is wrong.
@@ -254,6 +291,9 @@ fn main() -> ExitCode {
                 result.work.counts.lost,
                 result.work.counts.matched,
             );
+            if only.is_some() {
+                places(&result, |p| turn.transpose() * (p - shift));
+            }
             all_right = false;
         }
         println!(

@@ -2,8 +2,8 @@
 //!
 //! Always, because it moves nothing or no more than single precision does:
 //! equal vertices are merged where the mesh is open, and those apart by noise if
-//! that closes it; vertices that lie on open edges split them; neighbours are
-//! turned to agree, and shells to what their nesting makes of them. On request
+//! that closes it; vertices that lie on open edges split them, and so do the tips
+//! of triangles without area; neighbours are turned to agree, and shells to what their nesting makes of them. On request
 //! ([`PartOptions::repair`]), because it guesses or leaves triangles out: gaps a
 //! little wider are welded, triangles given twice and folded pairs go, small flat
 //! holes are filled, fans that hang together in a vertex alone get vertices of
@@ -12,6 +12,7 @@
 //! Every step says what it did and where ([`Repair`]); one that leaves as much
 //! wrong as before is not taken.
 
+mod caps;
 mod doubled;
 mod gaps;
 mod holes;
@@ -175,6 +176,10 @@ fn round(
         uses
     };
     if let Some(repair) = orient::make_consistent(&mut work.mesh, &uses)? {
+        repairs.push(repair);
+        uses = work.mesh.edges();
+    }
+    if let Some(repair) = caps::flip(work) {
         repairs.push(repair);
         uses = work.mesh.edges();
     }
