@@ -11,9 +11,9 @@
 //! Numbers of bad placements are told, so that `--only` repeats one, and then the
 //! places, where they are in the part as it was given.
 //!
-//! A part is a file with its `PART.coping.txt`, if there is one, and what is
-//! right is its own topology where it lies at cells of one thickness; or one of
-//! the [`families`] made here, for which it is known. Of most of these each
+//! A part is a file with its `PART.coping.txt`, if there is one, and right is
+//! what it has where it lies at cells of one thickness, features of two cells and
+//! more; or one of the [`families`] made here, for which it is known. Of most of these each
 //! placement has other dimensions: thicknesses, angles, numbers of webs.
 
 mod families;
@@ -146,7 +146,43 @@ fn shape(e: &Extraction) -> Shape {
     }
 }
 
-fn judge(part: &Part, e: &Extraction, want: &Shape) -> Faults {
+/// What is right.
+enum Truth {
+    Known(Shape),
+    /// What the part has where it lies, as far as cells resolve it.
+    AtRest(Box<Extraction>),
+}
+
+impl Truth {
+    fn agrees(&self, e: &Extraction) -> bool {
+        match self {
+            Truth::Known(shape) => *shape == self::shape(e),
+            Truth::AtRest(rest) => {
+                let cell = rest.work.cell.max(e.work.cell);
+                let [a, b] = [&**rest, e].map(|e| [1.0, 2.0].map(|n| features(e, n * cell)));
+                (0..3).all(|i| a[1][i] <= b[0][i] && b[1][i] <= a[0][i])
+            }
+        }
+    }
+}
+
+/// Sheets, seams and fading borders at least so wide or long.
+fn features(e: &Extraction, least: f64) -> [usize; 3] {
+    let graph = &e.graph;
+    let borders = e.surface.borders().iter().zip(graph.borders());
+    let long_fading = borders.filter(|(border, data)| {
+        border.kind == midsurf::surface::BorderKind::Fading && data.length >= least
+    });
+    [
+        (graph.sheets().iter())
+            .filter(|s| s.area >= least * least)
+            .count(),
+        (graph.seams().iter()).filter(|s| s.length >= least).count(),
+        long_fading.count(),
+    ]
+}
+
+fn judge(part: &Part, e: &Extraction, truth: &Truth) -> Faults {
     let mesh = e.surface.mesh();
     let field = Field::new(part);
     let limit = OUTSIDE * part.bounds().diagonal();
@@ -161,7 +197,7 @@ fn judge(part: &Part, e: &Extraction, want: &Shape) -> Faults {
             .filter(|f| has_no_area(&mesh.corners(*f)))
             .count(),
         torn: e.work.counts.torn,
-        other_shape: shape(e) != *want && e.closed_over.is_empty(),
+        other_shape: !truth.agrees(e) && e.closed_over.is_empty(),
     }
 }
 
@@ -203,16 +239,22 @@ fn has_no_area(corners: &[DVec3; 3]) -> bool {
 }
 
 /// A part where it lies, with its thickness and shape there; tells what is wrong.
-fn at_rest(name: &str, given: Given) -> (Given, f64, Shape) {
+fn at_rest(name: &str, given: Given) -> (Given, f64, Truth) {
     let (part, plain) = run(&given, |p| p, CellSize::Auto);
     let thickness = plain.work.cell;
-    let want = given.want.unwrap_or_else(|| shape(&plain));
-    let faults = judge(&part, &plain, &want);
-    println!("{name}: t {thickness:.4}, {want:?}");
+    println!(
+        "{name}: t {thickness:.4}, {:?}",
+        given.want.unwrap_or_else(|| shape(&plain))
+    );
+    let truth = match given.want {
+        Some(want) => Truth::Known(want),
+        None => Truth::AtRest(Box::new(plain.clone())),
+    };
+    let faults = judge(&part, &plain, &truth);
     if faults.any() {
         println!("  where it lies: {faults:?}");
     }
-    (given, thickness, want)
+    (given, thickness, truth)
 }
 
 fn main() -> ExitCode {
@@ -247,16 +289,18 @@ fn main() -> ExitCode {
             let shift = DVec3::from_array(std::array::from_fn(|_| random.unit()));
             let cell = CELLS[0] * (CELLS[1] / CELLS[0]).powf(random.unit());
             let made;
-            let (given, thickness, want) = match &fixed {
-                Some((given, thickness, want)) => (given, *thickness, *want),
+            let known;
+            let (given, thickness, truth) = match &fixed {
+                Some((given, thickness, truth)) => (given, *thickness, truth),
                 None => {
                     made = make(&mut random);
-                    (&made, THICKNESS, made.want.expect("a family's shape"))
+                    known = Truth::Known(made.want.expect("a family's shape"));
+                    (&made, THICKNESS, &known)
                 }
             };
             let (shift, cell) = (shift * thickness, cell * thickness);
             let (part, result) = run(given, |p| turn * p + shift, CellSize::Length(cell));
-            let faults = judge(&part, &result, &want);
+            let faults = judge(&part, &result, truth);
             torn += usize::from(faults.torn > 0);
             lost += result.work.counts.lost;
             matched += result.work.counts.matched;
