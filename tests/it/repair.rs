@@ -209,6 +209,51 @@ fn t_junctions_of_single_precision_are_closed() {
     assert!(mended.mesh.edges().census().is_closed());
 }
 
+/// Triangles of three vertices in a row close a mesh in name only: they belong to
+/// no wall, whatever normal rounding gives them.
+#[test]
+fn tips_of_triangles_without_area_split_the_edge() {
+    let mut mesh = plate();
+    let front = mesh.triangles.iter().position(|t| *t == [0, 5, 4]).unwrap();
+    mesh.positions.push(DVec3::new(7.0, 0.0, 2.0));
+    mesh.positions.push(DVec3::new(13.0, 0.0, 2.0));
+    mesh.triangles[front] = [0, 5, 9];
+    mesh.triangles
+        .extend([[0, 9, 8], [0, 8, 4], [5, 4, 8], [5, 8, 9]]);
+    for k in 0..8 {
+        let turn = glam::DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), k as f64);
+        let mut mesh = mesh.clone();
+        for p in &mut mesh.positions {
+            *p = turn * *p;
+        }
+        let (mended, codes) = mended(&mesh, PartOptions::default());
+        assert_eq!(codes, ["flipped"]);
+        assert_eq!(mended.repairs[0].places.len(), 2);
+        assert!(mended.origin.is_sorted());
+        assert!(mended.mesh.edges().census().is_closed());
+        assert_eq!(mended.mesh.triangles.len(), mesh.triangles.len());
+        // The four sides, caps among them, are coping.
+        let upright = |t: &[u32; 3]| {
+            let z = t.map(|v| (turn.inverse() * mesh.positions[v as usize]).z);
+            z.iter().any(|z| *z < 1.0) && z.iter().any(|z| *z > 1.0)
+        };
+        let caps = mesh.triangles.len() - 2;
+        let coping: Vec<bool> = (mesh.triangles.iter().enumerate())
+            .map(|(i, t)| i >= caps || upright(t))
+            .collect();
+        let (part, _) = Part::new(mesh, coping, PartOptions::default()).unwrap();
+        let settings = midsurf::Settings {
+            cell: midsurf::CellSize::Length(1.3),
+            ..midsurf::Settings::default()
+        };
+        let result = midsurf::extract(&part, &settings, &|_, _, _| ()).unwrap();
+        assert!(result.graph.cracks().is_empty());
+        assert_eq!(result.surface.sheet_count(), 1);
+        assert!((result.graph.area() - 240.0).abs() < 1e-6);
+        assert_eq!(result.work.counts.lost + result.work.counts.torn, 0);
+    }
+}
+
 /// Tags are found on the mended mesh: an open one has none.
 #[test]
 fn detection_sees_the_mended_part() {

@@ -400,11 +400,10 @@ impl<'f> Cleaner<'f> {
             let moved = c.map(|w| if w == u { v } else { w });
             let new = self.shape(moved);
             let flat = new.flatness < FLATTEST && new.flatness < LOSS * old.flatness;
-            if flat
-                || new.flatness <= 0.0
-                || new.sine < least
-                || !complex.keeps_direction(*t, *c, old, &new)
-            {
+            // Where several vertices are at one place, one goes after the other.
+            let as_flat = old.flatness <= NO_HEIGHT && new.flatness <= NO_HEIGHT;
+            let spoilt = flat || new.flatness <= 0.0 || !complex.keeps_direction(*t, *c, old, &new);
+            if new.sine < least || spoilt && !as_flat {
                 return None;
             }
             outcome.sine = outcome.sine.min(new.sine);

@@ -95,6 +95,19 @@ fn rows_of_needles_go() {
     assert!(Quality::of(&surface).least > 20.0);
 }
 
+/// Where several vertices are at one place no contraction leaves triangles with
+/// area; they go one after the other.
+#[test]
+fn vertices_at_one_place_become_one() {
+    let xs = [0.0, 1.0, 1.0, 1.0, 2.0, 2.0];
+    let ys = [0.0, 0.0, 1.0, 1.0, 2.0];
+    let raw = marked(grid(&xs, &ys), Line::CopingBorder);
+    let (clean, surface, graph) = check_alone(&raw);
+    assert!(shortest(&clean) > 0.2);
+    assert!((graph.area() - 4.0).abs() < 1e-9);
+    assert!(Quality::of(&surface).least > 20.0);
+}
+
 #[test]
 fn a_mesh_without_needles_is_left_alone() {
     let raw = marked(grid(&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0]), Line::CopingBorder);
