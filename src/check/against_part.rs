@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::ball::{Touching, touching};
 use super::measures::{Defect, LEAST_ANGLE, Measure, Outcome};
@@ -402,12 +402,25 @@ impl<'c> Checker<'c> {
         let one = |near: &mut Vec<Footpoint>, &e: &usize| {
             let [a, b] = self.edges.ends[e];
             own.footpoints_within(self.middle(e), reach, near);
-            let strange = near.iter().filter(|foot| {
-                let corners = self.mesh.triangles[foot.face.index()];
-                !corners.contains(&a) && !corners.contains(&b)
-            });
+            // Elements that hang together with the edge's own on the way are no strangers,
+            // though small ones share no node with it.
+            let mut welded: FxHashSet<u32> = [a, b].into_iter().collect();
+            loop {
+                let before = near.len();
+                near.retain(|foot| {
+                    let corners = self.mesh.triangles[foot.face.index()];
+                    let strange = corners.iter().all(|v| !welded.contains(v));
+                    if !strange {
+                        welded.extend(corners);
+                    }
+                    strange
+                });
+                if near.len() == before {
+                    break;
+                }
+            }
             // A gap of nothing is a defect as well: told from the other end.
-            let gap = strange.map(|foot| foot.distance).reduce(f64::min);
+            let gap = near.iter().map(|foot| foot.distance).reduce(f64::min);
             Defect {
                 at: self.middle(e),
                 value: gap.map_or(0.0, |gap| (reach - gap).max(f64::MIN_POSITIVE) / thickness),

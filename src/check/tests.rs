@@ -11,9 +11,13 @@ use crate::surface::shapes::{grid, marked, no_field, part};
 use crate::surface::{MidSurface, SurfaceParts};
 
 fn tee() -> (Part, MidSurface) {
-    let part = part("tee");
+    extracted("tee", 1.0)
+}
+
+fn extracted(name: &str, cell: f64) -> (Part, MidSurface) {
+    let part = part(name);
     let settings = Settings {
-        cell: CellSize::Thicknesses(1.0),
+        cell: CellSize::Thicknesses(cell),
         ..Settings::default()
     };
     let surface = extract(&part, &settings, &|_, _, _| ()).unwrap().surface;
@@ -113,6 +117,15 @@ fn a_sheet_with_nodes_of_its_own_is_unwelded() {
     let all = counts(&part, &surface);
     assert!(count(&all, Measure::Unwelded) > 0);
     assert_eq!(count(&all, Measure::Pieces), 1);
+}
+
+/// Along a border triangles are so small that some beside an edge share no node
+/// with it.
+#[test]
+fn small_triangles_beside_each_other_are_welded() {
+    let (part, surface) = extracted("plate_holes", 0.33);
+    let all = counts(&part, &surface);
+    assert_eq!(count(&all, Measure::Unwelded), 0);
 }
 
 #[test]
