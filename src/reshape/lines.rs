@@ -14,6 +14,9 @@ pub(super) struct Course {
     kind: Option<Line>,
     /// Its traced vertices in order; a loop repeats its first at the end.
     vertices: Vec<MarkedVertex>,
+    /// Normal of the sheet that ends there, either way up; zero where several
+    /// meet, and at the ends.
+    normals: Vec<DVec3>,
     /// Their numbers at the time of tracing.
     numbers: Vec<u32>,
     /// Length along it at each of them, from 0.
@@ -80,8 +83,13 @@ impl Lines {
             };
             (before, here) = (here, if a == before { b } else { a });
         }
+        let normal = |v: &u32| match complex.class(start, next) {
+            Some(class) if class.valence == 1 => normal_at(complex, *v),
+            _ => DVec3::ZERO,
+        };
         self.courses.push(Course {
             kind,
+            normals: path.iter().map(normal).collect(),
             ends: [start, here],
             numbers: path.clone(),
             vertices: path.iter().map(|&v| vertices[v as usize].clone()).collect(),
@@ -169,6 +177,13 @@ impl Lines {
         bends
     }
 
+    /// Normal at a vertex inside a line of the sheet that ends there, if one does.
+    pub(super) fn normal(&self, number: u32, v: u32) -> DVec3 {
+        let course = self.course(number);
+        let (after, share) = course.segment(self.place[v as usize]);
+        course.normals[if share < 0.5 { after - 1 } else { after }]
+    }
+
     /// Notes that an edge was split by a vertex at a place of its line.
     pub(super) fn split(&mut self, a: u32, b: u32, middle: u32, place: f64) {
         self.place.resize(middle as usize + 1, 0.0);
@@ -198,6 +213,28 @@ impl Lines {
             self.of_edge.insert(edge(v, far), number);
         }
     }
+}
+
+/// Normal of the one sheet at a vertex, by the areas of its triangles; zero at a
+/// corner. A triangle with two sides on the border does not count: across a bend
+/// of that it may stand upright on the sheet.
+fn normal_at(complex: &Complex, v: u32) -> DVec3 {
+    if complex.rank(v) == Rank::Corner {
+        return DVec3::ZERO;
+    }
+    let ends = |a: u32, b: u32| complex.class(a, b).is_some_and(|class| class.valence == 1);
+    let corners = (complex.around(v).iter())
+        .filter_map(|&t| complex.corners(t))
+        .filter(|c| (0..3).filter(|&k| ends(c[k], c[(k + 1) % 3])).count() < 2);
+    let crosses = corners.map(|c| {
+        let [p, q, r] = c.map(|w| complex.at(w));
+        (q - p).cross(r - p)
+    });
+    let sum = crosses.fold(DVec3::ZERO, |sum, n| {
+        // Either way up.
+        if sum.dot(n) < 0.0 { sum - n } else { sum + n }
+    });
+    sum.normalize_or_zero()
 }
 
 impl Course {

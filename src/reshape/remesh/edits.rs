@@ -4,11 +4,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use super::Remesher;
+use super::{LEANING, Remesher};
 use crate::mesh::FaceId;
 use crate::reshape::complex::Rank;
 use crate::reshape::facing::{TRUSTED, TURN};
-use crate::reshape::shape::{to_segment, to_triangle};
+use crate::reshape::shape::{Shape, to_segment, to_triangle};
 use crate::surface::marked::MarkedVertex;
 
 /// Edges longer than this, against their target, are split: halves are then
@@ -313,6 +313,45 @@ impl Remesher<'_> {
             }
         }
         all
+    }
+
+    /// Lays down triangles that stand upright on their sheet at its end: where a
+    /// border bends between two vertices, and a chord was drawn over the bend.
+    pub(super) fn lay_down(&mut self) {
+        for t in 0..self.complex.triangle_count() as u32 {
+            let Some(corners) = self.complex.corners(t) else {
+                continue;
+            };
+            let inner = |k: &usize| {
+                let class = self.complex.class(corners[*k], corners[(k + 1) % 3]);
+                class.is_none_or(|class| class.valence != 1)
+            };
+            let mut sides = (0..3).filter(inner);
+            let (Some(k), None) = (sides.next(), sides.next()) else {
+                continue;
+            };
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            if let Some(wings) = self.complex.wings(a, b)
+                && self.is_upright_end(a, b, wings, t)
+            {
+                self.complex.flip(a, b, wings);
+                self.edits.flipped += 1;
+            }
+        }
+    }
+
+    /// Whether triangle `t` beside an edge stands upright on the other one there, and
+    /// none would after a flip.
+    fn is_upright_end(&self, a: u32, b: u32, wings: [(u32, u32); 2], t: u32) -> bool {
+        let [(s, c), (_, d)] = wings;
+        let [one, other] = [[a, b, c], [b, a, d]].map(|corners| self.complex.shape(corners));
+        let (end, sheet) = if s == t { (one, other) } else { (other, one) };
+        let lies = |shape: &Shape| shape.normal.dot(sheet.normal) >= LEANING;
+        let new = [[a, d, c], [d, b, c]].map(|corners| self.complex.shape(corners));
+        sheet.flatness >= TRUSTED
+            && !lies(&end)
+            && !self.complex.adjacent(c, d)
+            && new.iter().all(|n| n.flatness >= FLATTEST && lies(n))
     }
 
     /// Flips edges inside sheets where that betters the worst angle.

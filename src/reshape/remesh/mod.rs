@@ -87,6 +87,9 @@ const CORNER: f64 = 30.0;
 /// corners: 60 degrees, more than a sheet turns in its dip towards a seam.
 const LEANING: f64 = 0.5;
 
+/// The same at a corner where the sheet ends, which may be beside a bend.
+const LEANING_AT_END: f64 = 0.2;
+
 /// Turns within this share of the element size count as one corner.
 const CORNER_WIDTH: f64 = 0.1;
 
@@ -99,6 +102,7 @@ pub(crate) fn remesh(mesh: &MarkedMesh, ground: &dyn Ground, settings: &Settings
 
 fn remesh_with(mesh: &MarkedMesh, ground: &dyn Ground, settings: &Settings, kept: &Kept) -> Meshed {
     let mut remesher = Remesher::new(mesh, ground, settings, kept);
+    remesher.lay_down();
     for _ in 0..ROUNDS {
         remesher.contract_short();
         remesher.split_long();
@@ -142,8 +146,8 @@ struct Remesher<'a> {
     vertices: Vec<MarkedVertex>,
     /// Whether a vertex lies on a chord only.
     chord: Vec<bool>,
-    /// Normal of the sheet at each vertex inside one, either way up; zero
-    /// elsewhere.
+    /// Normal of the sheet at each vertex inside one or where one alone ends,
+    /// either way up; zero elsewhere.
     normals: Vec<DVec3>,
     /// Target edge length at each vertex.
     size: Vec<f64>,
@@ -217,6 +221,13 @@ impl<'a> Remesher<'a> {
             self.normals[v as usize] = support.normal;
             return;
         }
+        if let Some((line, _)) = self.line_at(v) {
+            self.normals[v as usize] = match self.frozen {
+                true => DVec3::ZERO,
+                false => self.lines.normal(line, v),
+            };
+            return;
+        }
         // Where three walls tie, the sheet bends.
         let plain = vertex.walls.len() <= 2 && self.complex.rank(v) == Rank::Inner;
         self.normals[v as usize] = if plain {
@@ -231,7 +242,11 @@ impl<'a> Remesher<'a> {
     fn upright(&self, corners: [u32; 3], shape: &Shape) -> bool {
         corners.iter().all(|&v| {
             let normal = self.normals[v as usize];
-            normal == DVec3::ZERO || normal.dot(shape.normal).abs() >= LEANING
+            let least = match self.complex.rank(v) {
+                Rank::Inner => LEANING,
+                _ => LEANING_AT_END,
+            };
+            normal == DVec3::ZERO || normal.dot(shape.normal).abs() >= least
         })
     }
 

@@ -109,6 +109,12 @@ impl Remesher<'_> {
             }
         }
         self.frozen = true;
+        // Ends of sheets leave the places where they were traced.
+        for v in 0..self.vertices.len() as u32 {
+            if self.complex.rank(v) == Rank::Line {
+                self.note_normal(v);
+            }
+        }
         for step in 0..STEPS {
             self.approach(1.0 / (STEPS - step) as f64);
             give_way(self);
