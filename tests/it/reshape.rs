@@ -243,3 +243,31 @@ fn flat_walls_get_as_few_elements_as_the_size_asks() {
         assert!(made <= 2.0 * asked, "{name}: {made} for {asked}");
     }
 }
+
+/// Where a border bends between two vertices the traced mesh has a triangle across
+/// the bend, upright on the sheet; made large it would leave the part.
+#[test]
+fn elements_at_the_end_of_a_sheet_stay_in_the_part() {
+    let part = part("placed/grating");
+    let field = Field::new(&part);
+    for quads in [false, true] {
+        for size in [2.0, 5.0] {
+            let elements = ElementSettings {
+                quads,
+                ..ElementSettings::of_size(CellSize::Thicknesses(size))
+            };
+            let settings = Settings {
+                cell: CellSize::Thicknesses(1.0),
+                elements: Some(elements),
+                ..Settings::default()
+            };
+            let surface = extract(&part, &settings, &|_, _, _| ()).unwrap().surface;
+            let mesh = surface.mesh();
+            assert_eq!(self_intersections(&mesh), [], "{size}");
+            for p in &mesh.positions {
+                let outside = -field.signed_clearance(*p);
+                assert!(outside < 0.05, "{size}: {outside} at {p}");
+            }
+        }
+    }
+}
