@@ -278,3 +278,35 @@ fn the_widest_footpoints_are_as_far_apart_as_the_wall_is_thick() {
     assert_eq!(ball.thickness, 2.0);
     assert_eq!(Ball::default().widest(), None);
 }
+
+/// A seam that turns round in a lattice face leaves two sheets on each other there:
+/// the third one goes on as one of them. Where they enclose nothing both go.
+#[test]
+fn of_two_triangles_on_each_other_one_stays_where_a_sheet_would_end() {
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
+    let positions = [-x, 0.2 * y, x, y + y, -y + z, -y - z];
+    let around = [[3, 0, 1], [3, 1, 2], [0, 2, 4], [2, 0, 5]];
+    let mut twice = mesh(&positions, &[around.as_slice(), &[[0, 1, 2]; 2]].concat());
+    for e in [(0, 1), (1, 2)] {
+        twice.lines.insert(e, Line::Seam);
+    }
+    for e in [(0, 3), (2, 3), (0, 4), (2, 4), (0, 5), (2, 5)] {
+        twice.lines.insert(e, Line::FadingBorder);
+    }
+    twice.drop_pillows();
+    twice.drop_stray_lines();
+    assert_eq!(twice.triangles.len(), 5);
+    let (surface, _, cracks) = check(&twice);
+    assert_eq!(cracks, []);
+    assert_eq!(surface.seams()[0].path, [0, 2]);
+
+    let mut pillow = marked(grid(&[0.0, 1.0, 2.0], &[0.0, 1.0]), Line::CopingBorder);
+    let flat = pillow.clone();
+    let [a, b, c] = flat.triangles[0];
+    pillow.vertices.push(vertex(DVec3::Z));
+    let top = pillow.vertices.len() as u32 - 1;
+    pillow.triangles.extend([[a, b, top], [b, a, top]]);
+    pillow.triangles.extend([[b, c, top]; 2]);
+    pillow.drop_pillows();
+    assert_eq!(pillow.triangles, flat.triangles);
+}
