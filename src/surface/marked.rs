@@ -1,8 +1,7 @@
 //! The raw mesh: triangles over shared vertices, with the lines that followers gave.
 
 use glam::DVec3;
-use rayon::slice::ParallelSliceMut;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use super::{BorderKind, MidSurface, segments};
@@ -83,89 +82,6 @@ impl MarkedMesh {
                 .collect(),
             triangles: surface.triangles().iter().map(|t| t.corners).collect(),
         }
-    }
-
-    /// Drops pairs of triangles on the same three corners. Where a sheet only
-    /// just bulges through a face, the pieces in both tetrahedra have all their
-    /// corners in that face, lie on each other and enclose nothing.
-    pub fn drop_pillows(&mut self) {
-        let sorted = |mut t: [u32; 3]| {
-            t.sort_unstable();
-            t
-        };
-        let mut all: Vec<[u32; 3]> = self.triangles.iter().copied().map(sorted).collect();
-        all.par_sort_unstable();
-        let mut count: FxHashMap<[u32; 3], usize> = (all.chunk_by(|a, b| a == b))
-            .filter(|same| same.len() > 1)
-            .map(|same| (same[0], same.len()))
-            .collect();
-        drop(all);
-        if count.is_empty() {
-            return;
-        }
-        for t in self.stoppers(&count) {
-            count.insert(t, 1);
-        }
-        self.triangles.retain(|&t| match count.get_mut(&sorted(t)) {
-            // Of an odd number one stays, the first.
-            Some(n) => std::mem::take(n) % 2 == 1,
-            None => true,
-        });
-    }
-
-    /// Of triangles that come so many times those of an even number of which one
-    /// must stay: without it a sheet would end at its sides. A seam that turns round
-    /// in a face has two sheets on each other there, one of which the third goes on
-    /// as. Marks their sides that become seams so.
-    fn stoppers(&mut self, count: &FxHashMap<[u32; 3], usize>) -> Vec<[u32; 3]> {
-        let sides = |t: [u32; 3]| [0, 1, 2].map(|k| edge(t[k], t[(k + 1) % 3]));
-        let mut pillows: Vec<[u32; 3]> = (count.iter())
-            .filter(|(_, n)| *n % 2 == 0)
-            .map(|(&t, _)| t)
-            .collect();
-        pillows.sort_unstable();
-        let mut left: FxHashMap<(u32, u32), usize> = (pillows.iter())
-            .flat_map(|&t| sides(t))
-            .map(|side| (side, 0))
-            .collect();
-        let mut seen: FxHashSet<[u32; 3]> = FxHashSet::default();
-        for &triangle in &self.triangles {
-            let mut t = triangle;
-            t.sort_unstable();
-            // Of an odd number one stays.
-            let stays = match count.get(&t) {
-                Some(n) => n % 2 == 1 && seen.insert(t),
-                None => true,
-            };
-            if stays {
-                for side in sides(triangle) {
-                    left.entry(side).and_modify(|n| *n += 1);
-                }
-            }
-        }
-        let ends = |side: &(u32, u32)| {
-            let line = self.lines.get(side);
-            !matches!(line, Some(Line::CopingBorder | Line::FadingBorder))
-        };
-        let mut kept = Vec::new();
-        for t in pillows {
-            let open = |uses: usize| {
-                let so_many = |side: &(u32, u32)| left[side] == uses && ends(side);
-                sides(t).iter().filter(|side| so_many(side)).count()
-            };
-            if open(1) > 0 && open(0) == 0 {
-                sides(t)
-                    .iter()
-                    .for_each(|side| *left.entry(*side).or_default() += 1);
-                kept.push(t);
-            }
-        }
-        for side in kept.iter().flat_map(|&t| sides(t)) {
-            if left[&side] > 2 {
-                self.lines.entry(side).or_insert(Line::Seam);
-            }
-        }
-        kept
     }
 
     /// Drops marks from edges inside a sheet: where a loop was closed by

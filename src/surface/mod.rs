@@ -13,6 +13,7 @@ pub(crate) mod edges;
 pub mod graph;
 pub mod listing;
 pub mod marked;
+mod pillows;
 pub mod quality;
 #[cfg(test)]
 pub(crate) mod shapes;

@@ -300,6 +300,31 @@ fn of_two_triangles_on_each_other_one_stays_where_a_sheet_would_end() {
     assert_eq!(cracks, []);
     assert_eq!(surface.seams()[0].path, [0, 2]);
 
+    // The same of two pillows side by side: neither alone would close the sheet.
+    let positions = [-x, 0.2 * y, x, y + y, -y + z, -y - z, -0.1 * y];
+    let around = [
+        [3, 0, 1],
+        [3, 1, 2],
+        [0, 6, 4],
+        [6, 2, 4],
+        [6, 0, 5],
+        [2, 6, 5],
+    ];
+    let pillows = [[0, 1, 6], [1, 2, 6], [6, 1, 0], [6, 2, 1]];
+    let mut twice = mesh(&positions, &[around.as_slice(), &pillows].concat());
+    for e in [(0, 1), (1, 2)] {
+        twice.lines.insert(e, Line::Seam);
+    }
+    for e in [(0, 3), (2, 3), (0, 4), (2, 4), (0, 5), (2, 5)] {
+        twice.lines.insert(e, Line::FadingBorder);
+    }
+    twice.drop_pillows();
+    twice.drop_stray_lines();
+    assert_eq!(twice.triangles.len(), 8);
+    let (surface, _, cracks) = check(&twice);
+    assert_eq!(cracks, []);
+    assert_eq!(surface.seams()[0].path, [0, 6, 2]);
+
     let mut pillow = marked(grid(&[0.0, 1.0, 2.0], &[0.0, 1.0]), Line::CopingBorder);
     let flat = pillow.clone();
     let [a, b, c] = flat.triangles[0];
