@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::excerpt::Excerpt;
 pub(super) use super::excerpt::Span;
 use crate::io::Problem;
-use crate::io::quote::{bounded, quoted, shown, shown_path};
+use crate::settings::quote::{bounded, quoted, shown, shown_path};
 
 /// A problem and the text it is about.
 pub(super) type Located = (Span, TagProblem);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
-use crate::io::quote::{fitted, shown_path};
+use crate::settings::quote::{fitted, shown_path};
 
 /// Bytes of the tag file's text.
 pub(super) type Span = Range<usize>;

@@ -9,9 +9,9 @@ use super::error::TagProblem;
 use super::error::{Located, Span};
 use super::glob::{fits, literal_start};
 use super::rule::{BoxMode, Condition, FacetRange, NameKind};
-use crate::io::quote::shown;
 use crate::io::{LoadedMesh, NameSet};
 use crate::mesh::{FaceId, TriMesh, weld_exact};
+use crate::settings::quote::shown;
 
 /// Slack for cosines, so that rounding does not part triangles of one plane
 /// or lose a right angle; 1e-12 is an angle of 1e-4 degrees near zero.

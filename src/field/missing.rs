@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::Field;
-use crate::io::quote::figure;
 use crate::mesh::TriMesh;
+use crate::settings::quote::figure;
 use crate::settings::warning::Warning;
 
 /// One of so many points may be farther off than a cell: where the true surface

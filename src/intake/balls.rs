@@ -6,9 +6,9 @@ use std::path::Path;
 use miette::Diagnostic;
 use thiserror::Error;
 
-use crate::io::quote::{shown, shown_path};
 use crate::io::{FacetNames, LoadedMesh, LoadedSurface, NameSet, RadiusSource};
 use crate::rethicken::BallSurface;
+use crate::settings::quote::{shown, shown_path};
 use crate::settings::warning::Warning;
 
 /// What a file leaves open of the balls, of a surface whose free borders are

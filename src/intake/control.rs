@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::balls::{check_groups, thickness_of};
 use super::{IntakeError, check_size, read_warning};
-use crate::io::quote::shown_path;
 use crate::io::{BoundaryTag, ControlMesh, Place, TagKind, read_control};
+use crate::settings::quote::shown_path;
 use crate::settings::warning::Warning;
 use crate::subdivide::{Boundary, Cage, CageError, Tags};
 

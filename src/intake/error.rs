@@ -7,11 +7,11 @@ use thiserror::Error;
 
 use super::balls::UnknownGroup;
 use crate::coping::TagError;
-use crate::io::quote::{figure, shown_path};
 use crate::io::{LoadedMesh, NoSolid, Place, ReadError};
 use crate::mesh::PartError;
 use crate::settings::cell::BadCell;
 use crate::settings::memory::Bytes;
+use crate::settings::quote::{figure, shown_path};
 use crate::subdivide::CageError;
 
 /// Why files make no part.

@@ -22,10 +22,10 @@ pub use reading::Reading;
 pub use tags::{CopingSource, facets, shown_ranges};
 
 use crate::coping::{Coping, Detection, RuleResult, read_tags};
-use crate::io::quote::shown_path;
 use crate::io::{FacetNames, LoadedMesh, ReadWarning, Unit, read_mesh};
 use crate::mesh::{FaceId, Part, PartError, PartOptions};
 use crate::settings::memory::{Bytes, available};
+use crate::settings::quote::shown_path;
 use crate::settings::warning::Warning;
 use crate::surface::MidSurface;
 use tags::{detection_warnings, sliver_words};

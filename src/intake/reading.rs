@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use super::{IntakeError, check_size, read_warning};
 use crate::field::Field;
-use crate::io::quote::shown_path;
 use crate::io::{LoadedMesh, Tessellation, Unit, is_cad, read_mesh_with};
 use crate::mesh::{Part, PartOptions};
 use crate::settings::cell::{CellSize, Scale};
+use crate::settings::quote::shown_path;
 use crate::settings::warning::Warning;
 use crate::walls::thickness::ThicknessProfile;
 

@@ -7,7 +7,7 @@ use crate::coping::detect::{Detection, Verdict};
 use crate::coping::{Sliver, ranges};
 use serde::{Serialize, Serializer};
 
-use crate::io::quote::{figure, shown_path};
+use crate::settings::quote::{figure, shown_path};
 use crate::settings::warning::Warning;
 
 /// Questions that a command lists before the list is cut short.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
-use super::quote::{bounded, quoted, shown, shown_path};
+use crate::settings::quote::{bounded, quoted, shown, shown_path};
 
 /// Place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

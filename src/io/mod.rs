@@ -7,7 +7,6 @@
 mod checksum;
 mod error;
 mod names;
-pub mod quote;
 mod read;
 mod text;
 mod unit;

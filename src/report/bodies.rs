@@ -3,7 +3,7 @@
 use crate::mesh::{Part, TriMesh, closed_shells, self_intersections};
 use crate::offset::Void;
 
-use crate::io::quote::figure;
+use crate::settings::quote::figure;
 use crate::settings::warning::Warning;
 
 /// The result's shells, and whether it is a solid at all.

@@ -7,7 +7,7 @@ use super::missed::missed_warnings;
 use super::words::{counted, listed};
 use crate::extract::Extraction;
 use crate::intake::Input;
-use crate::io::quote::figure;
+use crate::settings::quote::figure;
 use crate::settings::warning::Warning;
 use crate::surface::MidSurface;
 use crate::surface::graph::SheetGraph;

@@ -5,7 +5,7 @@ use crate::coping::detect::{Options, detect};
 use crate::extract::Extraction;
 
 use crate::intake::{Input, facets, shown_ranges};
-use crate::io::quote::figure;
+use crate::settings::quote::figure;
 use crate::settings::warning::Warning;
 
 /// Points of a look at faces that are only held against ends found before them.

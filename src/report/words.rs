@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::io::quote::figure;
+use crate::settings::quote::figure;
 
 /// Places that are named before the list is cut short.
 const PLACES_NAMED: usize = 5;

@@ -5,5 +5,6 @@ pub mod cell;
 pub mod memory;
 pub mod precision;
 pub mod progress;
+pub mod quote;
 pub mod remedy;
 pub mod warning;

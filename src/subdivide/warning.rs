@@ -1,7 +1,7 @@
 //! What is wrong or odd about a hollow solid.
 
 use super::{HollowSolid, Level, Settings};
-use crate::io::quote::figure;
+use crate::settings::quote::figure;
 use crate::settings::warning::Warning;
 
 impl HollowSolid {

@@ -1,9 +1,9 @@
 //! What is wrong or odd about a thickened solid.
 
 use super::{Repair, Settings, Thickened, Way};
-use crate::io::quote::figure;
 use crate::mesh::TriMesh;
 use crate::settings::precision::Precision;
+use crate::settings::quote::figure;
 use crate::settings::warning::Warning;
 
 impl Thickened {

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use midsurf::check::{Check, LEAST_ANGLE, Limits, Measure, Outcome};
 use midsurf::intake::{CopingSource, Input};
-use midsurf::io::quote::figure;
 use midsurf::io::read_any_surface;
 use midsurf::io::write::stage_fields;
+use midsurf::settings::quote::figure;
 use serde_json::{Value, json};
 
 use crate::cli::shared::console::say;

@@ -6,13 +6,13 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::intake::{CopingSource, Input};
-use midsurf::io::quote::figure;
 use midsurf::mesh::{Part, TriMesh};
 use midsurf::offset::Work;
 use midsurf::offset::{Offset, OffsetError, Settings, Voids, offset};
 use midsurf::report::bodies::Bodies;
 use midsurf::settings::cell::{CellSize, Scale};
 use midsurf::settings::precision::Precision;
+use midsurf::settings::quote::figure;
 use serde_json::{Value, json};
 
 use super::thicken::{self, SideArg};

@@ -9,9 +9,9 @@ use midsurf::coping::detect::{Detection, Options, Question};
 use midsurf::coping::{detect, detected_text, detected_toml};
 use midsurf::intake::{facets, shown_ranges};
 use midsurf::io::LoadedMesh;
-use midsurf::io::quote::figure;
 use midsurf::io::write::{stage, stage_picture};
 use midsurf::report::detection::account;
+use midsurf::settings::quote::figure;
 use midsurf::settings::warning::Warning;
 use serde_json::{Value, json};
 

@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use midsurf::extract::{Extraction, extract};
 use midsurf::intake::Input;
-use midsurf::io::quote::{figure, shown, shown_path};
 use midsurf::io::write::{ShellFormat, Staged, SurfaceOptions, files_for, stage, stage_surface};
+use midsurf::settings::quote::{figure, shown, shown_path};
 use midsurf::shell::Faces;
 use midsurf::surface::listing::listing;
 

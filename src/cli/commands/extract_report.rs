@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use midsurf::extract::{Extraction, Work};
 use midsurf::intake::Input;
-use midsurf::io::quote::figure;
 use midsurf::report::detection;
 use midsurf::report::extraction::{account, warnings};
 use midsurf::report::words::place;
 use midsurf::settings::memory::{Bytes, peak};
+use midsurf::settings::quote::figure;
 use midsurf::settings::warning::Warning;
 use serde::Serialize;
 use serde_json::{Value, json};

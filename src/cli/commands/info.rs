@@ -6,9 +6,9 @@ use std::process::ExitCode;
 
 use midsurf::inspect::Walls;
 use midsurf::intake::{CopingSource, Input};
-use midsurf::io::quote::{figure, shown, shown_path};
 use midsurf::io::write::{Scalars, stage_scalars};
 use midsurf::report::info::Info;
+use midsurf::settings::quote::{figure, shown, shown_path};
 
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;

@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::intake::{Input, check_size};
-use midsurf::io::quote::{figure, shown_path};
 use midsurf::io::write::{SurfaceOptions, files_for, stage, stage_surface};
 use midsurf::settings::progress::Stop;
+use midsurf::settings::quote::{figure, shown_path};
 use midsurf::shard::{MergeError, Shard, ShardFileError, ShardOf, merge, shard};
 use serde_json::json;
 

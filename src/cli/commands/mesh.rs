@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use midsurf::extract::DEFAULT_ANGLE;
 use midsurf::intake::{CopingSource, Input, check_size};
-use midsurf::io::quote::figure;
 use midsurf::io::write::{
     ShellFormat, Staged, SurfaceOptions, files_for, stage_surface, thickness_file,
 };
@@ -14,6 +13,7 @@ use midsurf::io::{MeshFormat, read_any_surface, read_surface};
 use midsurf::report::extraction::account;
 use midsurf::report::words::{counted, listed};
 use midsurf::reshape::written::{RemeshError, Remeshed, WrittenSettings, remesh_written};
+use midsurf::settings::quote::figure;
 use midsurf::settings::warning::Warning;
 use midsurf::shell::Faces;
 use midsurf::surface::MidSurface;

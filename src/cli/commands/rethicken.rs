@@ -7,12 +7,12 @@ use std::time::Instant;
 
 use midsurf::intake::balls::{doubts, thickness_by_group};
 use midsurf::intake::{load, read_warning};
-use midsurf::io::quote::shown_path;
 use midsurf::io::write::thickness_file;
 use midsurf::io::{RadiusSource, read_surface};
 use midsurf::mesh::simplify;
 use midsurf::rethicken::{BallSurface, RethickenError, Settings, rethicken};
 use midsurf::settings::cell::{CellSize, Scale};
+use midsurf::settings::quote::shown_path;
 use midsurf::settings::warning::Warning;
 use serde_json::json;
 

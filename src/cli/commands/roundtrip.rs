@@ -6,12 +6,12 @@ use std::time::Instant;
 
 use midsurf::extract::{self, DEFAULT_ANGLE};
 use midsurf::intake::{CopingSource, Input};
-use midsurf::io::quote::figure;
 use midsurf::io::write::{SolidFormat, stage_deviation, stage_solid};
 use midsurf::roundtrip::{
     Comparison, RoundTrip, RoundTripError, Settings, deviation_map, roundtrip,
 };
 use midsurf::settings::cell::CellSize;
+use midsurf::settings::quote::figure;
 use serde_json::json;
 
 use super::closed_part::work_json;

@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use midsurf::intake::ControlInput;
-use midsurf::io::quote::figure;
 use midsurf::offset::OffsetError;
 use midsurf::settings::cell::CellSize;
+use midsurf::settings::quote::figure;
 use midsurf::settings::warning::Warning;
 use midsurf::subdivide::{
     Boundary, Cage, ContourError, ContourSettings, Hollow, HollowSolid, Level, MOST_LEVELS,

@@ -1,8 +1,8 @@
 //! What `midsurf subdivide` tells of a hollow solid: figures, colours.
 
 use glam::DVec3;
-use midsurf::io::quote::figure;
 use midsurf::io::write::Shade;
+use midsurf::settings::quote::figure;
 use midsurf::subdivide::{FoldFree, HollowSolid, Settings, Trial};
 use serde_json::{Value, json};
 

@@ -7,9 +7,9 @@ use std::process::ExitCode;
 use midsurf::coping::{Coping, RuleResult};
 use midsurf::intake::{CopingSource, load_tags};
 use midsurf::io::LoadedMesh;
-use midsurf::io::quote::{figure, shown};
 use midsurf::io::write::stage;
 use midsurf::mesh::FaceId;
+use midsurf::settings::quote::{figure, shown};
 use serde_json::json;
 
 use super::{detect, explain};

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use midsurf::intake::load;
-use midsurf::io::quote::figure;
 use midsurf::mesh::{TriMesh, simplify_beside};
 use midsurf::settings::cell::{CellSize, Scale};
+use midsurf::settings::quote::figure;
 use midsurf::thicken::{Settings, Side, ThickenError, Thickened, thicken};
 use serde_json::{Value, json};
 

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Command};
-use midsurf::io::quote::{quoted, shown_path};
+use midsurf::settings::quote::{quoted, shown_path};
 use serde_json::{Value, json};
 use toml::{Table, Value as Item};
 

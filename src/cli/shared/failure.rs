@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 use midsurf::intake::IntakeError;
 use midsurf::io::Place;
-use midsurf::io::quote::bounded;
+use midsurf::settings::quote::bounded;
 use midsurf::settings::remedy::fitting;
 
 use super::console::log;

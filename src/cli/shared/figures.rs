@@ -1,7 +1,7 @@
 //! Figures of a mid-surface in lines for people.
 
-use midsurf::io::quote::figure;
 use midsurf::report::words::counted;
+use midsurf::settings::quote::figure;
 use midsurf::surface::MidSurface;
 use midsurf::surface::graph::SheetGraph;
 use midsurf::surface::listing::{Summary, summary};

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use midsurf::io::quote::figure;
+use midsurf::settings::quote::figure;
 use serde_json::json;
 
 use super::console::log;

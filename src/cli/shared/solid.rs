@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use midsurf::io::quote::figure;
 use midsurf::io::write::{Shade, SolidFormat, Staged, stage_solid};
 use midsurf::mesh::{Simplify, TriMesh};
 use midsurf::settings::precision::Precision;
+use midsurf::settings::quote::figure;
 
 use super::console::say;
 use super::failure::Failure;

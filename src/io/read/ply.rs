@@ -15,8 +15,8 @@ use super::loaded::{FacetPlaces, PlyValues, RawMesh};
 use super::polygon::FacetSink;
 use crate::io::error::{Located, Place, Problem};
 use crate::io::names::FacetNames;
-use crate::io::quote::quoted;
 use crate::io::text::{Lines, corner, decode, excerpt, finite};
+use crate::settings::quote::quoted;
 
 /// Numbers of a vertex and of an edge that are read: the point, the ends, and
 /// what a mid-surface has besides.

@@ -5,8 +5,8 @@ use miette::Diagnostic;
 use thiserror::Error;
 
 use super::LoadedMesh;
-use crate::io::quote::quoted;
 use crate::mesh::{FaceId, Mended, PartError, PartOptions, Repair, TriMesh, mend};
+use crate::settings::quote::quoted;
 
 /// A solid that a file does not have.
 #[derive(Clone, Debug, PartialEq, Eq, Error, Diagnostic)]

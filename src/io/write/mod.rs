@@ -30,7 +30,7 @@ use glam::DVec3;
 use miette::Diagnostic;
 use thiserror::Error;
 
-use crate::io::quote::shown_path;
+use crate::settings::quote::shown_path;
 
 pub use fields::{Figures, stage_fields};
 pub use inp::Dialect;

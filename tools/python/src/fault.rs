@@ -3,7 +3,7 @@
 
 use std::fmt::Display;
 
-use midsurf::io::quote::{bounded, shown_path};
+use midsurf::settings::quote::{bounded, shown_path};
 use midsurf::settings::remedy::fitting;
 use midsurf::settings::warning::Warning;
 use miette::Diagnostic;
