@@ -262,8 +262,9 @@ fn an_edge_of_three_triangles_is_refused_unless_allowed() {
 }
 
 #[test]
-fn triangles_without_area_are_kept_and_counted() {
-    // A corner in the middle of an edge, filled by a sliver without area.
+fn triangles_without_area_are_mended_or_kept_and_counted() {
+    // A corner in the middle of an edge, filled by a sliver without area: the
+    // triangle beyond is split there.
     let mut mesh = plate();
     mesh.positions.push(DVec3::new(5.0, 0.0, 0.0));
     let at = mesh.triangles.iter().position(|t| *t == [0, 3, 1]).unwrap();
@@ -271,16 +272,18 @@ fn triangles_without_area_are_kept_and_counted() {
     mesh.triangles.push([8, 3, 1]);
     mesh.triangles.push([0, 8, 1]);
     let (part, warnings) = good(&mesh);
-    let expected = PartWarning::ZeroArea {
-        triangles: 1,
-        first: FaceId(13),
-    };
-    assert_eq!(warnings, [expected]);
+    assert_eq!(warnings, [PartWarning::Flipped { triangles: 1 }]);
     assert!(part.is_closed());
     assert_eq!(part.triangle_count(), 14);
     // A repeated corner does not open anything.
     mesh.triangles.push([4, 4, 5]);
-    assert!(good(&mesh).0.is_closed());
+    let (part, warnings) = good(&mesh);
+    let kept = PartWarning::ZeroArea {
+        triangles: 1,
+        first: FaceId(14),
+    };
+    assert_eq!(warnings, [PartWarning::Flipped { triangles: 1 }, kept]);
+    assert!(part.is_closed());
 }
 
 #[test]
