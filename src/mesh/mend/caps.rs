@@ -6,7 +6,9 @@
 //! all. Flipping its longest edge gives its tip to the triangle beyond, as if that
 //! had been split there.
 
-use rustc_hash::FxHashMap;
+use std::collections::VecDeque;
+
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::{Repair, Work, gaps};
 use crate::mesh::TriMesh;
@@ -22,34 +24,34 @@ const LOW: f64 = 1e-3;
 pub(super) fn flip(work: &mut Work) -> Option<Repair> {
     let mesh = &mut work.mesh;
     let noise = gaps::noise(mesh);
-    let mut open: Vec<u32> = (0..mesh.triangles.len() as u32)
+    let mut open: VecDeque<u32> = (0..mesh.triangles.len() as u32)
         .filter(|&t| tip(mesh, t, noise).is_some())
         .collect();
     if open.is_empty() {
         return None;
     }
+    let mut caps: FxHashSet<u32> = open.iter().copied().collect();
     let mut runs = Runs::of(mesh);
     let mut places = Vec::new();
-    // A chain of caps over one edge goes from the outermost on.
-    loop {
-        let before = open.len();
-        open.retain(|&t| match flipped(mesh, &runs, t, noise) {
-            Some((beyond, pieces)) => {
-                let corners = tip(mesh, t, noise).map(|k| mesh.triangles[t as usize][k]);
-                places.extend(corners.map(|v| mesh.positions[v as usize]));
-                runs.drop(pieces[0][1], pieces[1][1]);
-                for (t, piece) in [t, beyond].into_iter().zip(pieces) {
-                    mesh.triangles[t as usize] = piece;
-                    runs.note(t, piece);
-                }
-                work.origin[t as usize] = work.origin[beyond as usize];
-                false
-            }
-            None => true,
-        });
-        if open.len() == before {
-            break;
+    while let Some(t) = open.pop_front() {
+        if !caps.contains(&t) {
+            continue;
         }
+        let Some((beyond, pieces)) = flipped(mesh, &runs, t, noise) else {
+            continue;
+        };
+        let [[c, a, _], [_, b, _]] = pieces;
+        places.push(mesh.positions[c as usize]);
+        runs.drop(a, b);
+        for (t, piece) in [t, beyond].into_iter().zip(pieces) {
+            mesh.triangles[t as usize] = piece;
+            runs.note(t, piece);
+        }
+        work.origin[t as usize] = work.origin[beyond as usize];
+        caps.remove(&t);
+        // A chain of caps over one edge goes from the outermost on.
+        let beside = [[a, c], [c, b]].map(|[from, to]| runs.once(from, to));
+        open.extend(beside.into_iter().flatten().filter(|t| caps.contains(t)));
     }
     let triangles = places.len();
     work.insert(Vec::new());
