@@ -166,6 +166,11 @@ impl Complex {
         self.lines.get(&edge(a, b)).copied()
     }
 
+    /// Whether a sheet ends at an edge.
+    pub(super) fn ends_at(&self, a: u32, b: u32) -> bool {
+        self.class(a, b).is_some_and(|class| class.valence == 1)
+    }
+
     /// The two neighbours of a vertex along its line, if it has just two,
     /// both over edges of one class.
     pub(super) fn line_through(&self, v: u32) -> Option<Pair> {

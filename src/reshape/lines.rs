@@ -83,9 +83,10 @@ impl Lines {
             };
             (before, here) = (here, if a == before { b } else { a });
         }
-        let normal = |v: &u32| match complex.class(start, next) {
-            Some(class) if class.valence == 1 => normal_at(complex, *v),
-            _ => DVec3::ZERO,
+        let ends = complex.ends_at(start, next);
+        let normal = |v: &u32| match ends {
+            true => normal_at(complex, *v),
+            false => DVec3::ZERO,
         };
         self.courses.push(Course {
             kind,
@@ -222,10 +223,14 @@ fn normal_at(complex: &Complex, v: u32) -> DVec3 {
     if complex.rank(v) == Rank::Corner {
         return DVec3::ZERO;
     }
-    let ends = |a: u32, b: u32| complex.class(a, b).is_some_and(|class| class.valence == 1);
     let corners = (complex.around(v).iter())
         .filter_map(|&t| complex.corners(t))
-        .filter(|c| (0..3).filter(|&k| ends(c[k], c[(k + 1) % 3])).count() < 2);
+        .filter(|c| {
+            (0..3)
+                .filter(|&k| complex.ends_at(c[k], c[(k + 1) % 3]))
+                .count()
+                < 2
+        });
     let crosses = corners.map(|c| {
         let [p, q, r] = c.map(|w| complex.at(w));
         (q - p).cross(r - p)

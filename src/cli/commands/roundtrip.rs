@@ -20,7 +20,7 @@ use crate::cli::shared::console::say;
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
 use crate::cli::shared::memory::MemoryArgs;
-use crate::cli::shared::reading::{BodyArgs, ReadingArgs};
+use crate::cli::shared::reading::{BodyArgs, ReadingArgs, SelectArgs};
 use crate::cli::shared::report::{Envelope, named};
 use crate::cli::shared::run::RunArgs;
 
@@ -103,12 +103,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
     args.run.check_names(&inputs, files)?;
     let start = Instant::now();
     let progress = args.run.start()?;
-    let mut input = Input::read(
-        &args.part,
-        &args.coping,
-        &args.reading.with(Some(&(&args.select).into())),
-        false,
-    )?;
+    let select = SelectArgs::from(&args.select);
+    let reading = args.reading.with(Some(&select));
+    let mut input = Input::read(&args.part, &args.coping, &reading, false)?;
     let settings = Settings {
         extract: extract::Settings {
             cell: args.cell,
@@ -153,7 +150,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode, Failure> {
             "area": input.part.area(),
         }),
         settings: args.reading.beside(
-            Some(&(&args.select).into()),
+            Some(&select),
             json!({
                 "cell": args.cell,
                 "cell_length": result.extraction.work.cell,

@@ -53,9 +53,13 @@ pub(super) fn flip(work: &mut Work) -> Option<Repair> {
         let beside = [[a, c], [c, b]].map(|[from, to]| runs.once(from, to));
         open.extend(beside.into_iter().flatten().filter(|t| caps.contains(t)));
     }
-    let triangles = places.len();
+    if places.is_empty() {
+        return None;
+    }
+    // Pieces go behind the triangle that they are of.
     work.insert(Vec::new());
-    (triangles > 0).then(|| Repair::at(PartWarning::Flipped { triangles }, places))
+    let triangles = places.len();
+    Some(Repair::at(PartWarning::Flipped { triangles }, places))
 }
 
 /// The corner of a cap that lies on the edge across.

@@ -3,7 +3,8 @@
 //! Always, because it moves nothing or no more than single precision does:
 //! equal vertices are merged where the mesh is open, and those apart by noise if
 //! that closes it; vertices that lie on open edges split them, and so do the tips
-//! of triangles without area; neighbours are turned to agree, and shells to what their nesting makes of them. On request
+//! of triangles without area; neighbours are turned to agree, and shells to what
+//! their nesting makes of them. On request
 //! ([`PartOptions::repair`]), because it guesses or leaves triangles out: gaps a
 //! little wider are welded, triangles given twice and folded pairs go, small flat
 //! holes are filled, fans that hang together in a vertex alone get vertices of

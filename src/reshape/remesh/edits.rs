@@ -322,10 +322,7 @@ impl Remesher<'_> {
             let Some(corners) = self.complex.corners(t) else {
                 continue;
             };
-            let inner = |k: &usize| {
-                let class = self.complex.class(corners[*k], corners[(k + 1) % 3]);
-                class.is_none_or(|class| class.valence != 1)
-            };
+            let inner = |k: &usize| !self.complex.ends_at(corners[*k], corners[(k + 1) % 3]);
             let mut sides = (0..3).filter(inner);
             let (Some(k), None) = (sides.next(), sides.next()) else {
                 continue;
