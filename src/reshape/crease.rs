@@ -28,6 +28,20 @@ use crate::trace::tolerances::CREASE_ANGLE;
 /// flatter than this are left to the triangles.
 const LEAST_JUMP: f64 = 10.0;
 
+/// Walls that differ by more, in degrees, make a crease whatever is beside them: so
+/// do twelve chords a full turn not.
+const SHARP: f64 = 35.0;
+
+/// A wall that goes on to turn by this share of the turn of a crease, beside it, is
+/// round.
+const GOES_ON: f64 = 0.5;
+
+/// Where that is looked for: so far from the footpoints, in distances of the wall.
+/// Triangles laid freely over a round wall bend to and fro; beyond the fourth only what
+/// bends the same way counts, as two bends of a sheet may follow each other there.
+const BESIDE: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+const ANY_WAY: f64 = 4.0;
+
 /// A piece of an edge this short, against the distance of its walls, tells a
 /// jump from a tight round: a fillet smaller than an eighth of the wall's
 /// thickness is a crease.
@@ -107,8 +121,28 @@ impl Cutter<'_> {
             feet[..n].iter().any(|b| {
                 turn(vertex.at, a, vertex.at, b) > LEAST_JUMP
                     && !self.projector.walls().separate(vertex.at, a, b)
+                    && !self.is_round(a, b)
             })
         })
+    }
+
+    /// Whether two walls that an edge joins are facets of one round wall: no bend of
+    /// the part, but of its triangles. The wall goes on to turn beyond one of them.
+    fn is_round(&self, a: &Footpoint, b: &Footpoint) -> bool {
+        let field = self.projector.walls().field();
+        let between = |f: FaceId, g: FaceId| angle(field.normal(f), field.normal(g)).to_degrees();
+        let turn = between(a.face, b.face);
+        turn < SHARP
+            && [(a, b), (b, a)].into_iter().any(|(on, other)| {
+                let away = (on.point - other.point).reject_from_normalized(field.normal(on.face));
+                let away = away.normalize_or_zero();
+                BESIDE.iter().any(|&step| {
+                    let beside = on.point + step * on.distance * away;
+                    let found = field.footpoint_near(beside, on.face).face;
+                    (GOES_ON * turn..SHARP).contains(&between(found, on.face))
+                        && (step <= ANY_WAY || field.normal(found).dot(away) > 0.0)
+                })
+            })
     }
 
     /// The crossing of an edge by a crease.
@@ -201,7 +235,7 @@ impl Cutter<'_> {
         let kept: SmallVec<[FaceId; 4]> = kept.map(|f| f.face).collect();
         let &across = kept.first()?;
         let (foot_one, foot_two) = (self.foot(start, one.face), self.foot(start, two.face));
-        if walls.separate(start, &foot_one, &foot_two) {
+        if walls.separate(start, &foot_one, &foot_two) || self.is_round(&foot_one, &foot_two) {
             return None;
         }
         let ties = [
