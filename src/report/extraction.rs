@@ -124,7 +124,8 @@ pub fn warnings(input: &Input, result: &Extraction) -> Vec<Warning> {
             ),
         );
     }
-    if result.work.counts.torn > 0 {
+    // Cells that stop side by side may close each other all the same.
+    if result.work.counts.torn > 0 && counts.fading_borders > 0 {
         warn(
             "torn",
             format!(

@@ -326,23 +326,58 @@ impl Cutter<'_> {
         // The nearest crossing first: of a vertex with several it is the one.
         near.sort_by_key(|n| (n.0, n.1));
         for (_, v, vertex) in near {
-            if !self.creased[v as usize] && self.may_move(v, vertex.at) {
+            if self.creased[v as usize] || self.complex.around(v).is_empty() {
+                continue;
+            }
+            if self.may_move(v, vertex.at) {
                 self.complex.put(v, vertex.at);
                 self.vertices[v as usize] = vertex;
                 self.creased[v as usize] = true;
+            } else if let Some(w) = self.beside(v, vertex.at) {
+                self.complex.contract(v, w);
             }
         }
         // Vertices that moved are creased; the other crossings are as they were.
-        crossings.retain(|((a, b), _)| !self.creased[*a as usize] && !self.creased[*b as usize]);
+        crossings.retain(|&((a, b), _)| {
+            let free = |v: u32| !self.creased[v as usize];
+            free(a) && free(b) && self.complex.adjacent(a, b)
+        });
         crossings
+    }
+
+    /// The neighbour on the crease, the nearest to a place there, that a vertex can be
+    /// contracted into: were it moved, a triangle between it and the crease would
+    /// collapse.
+    fn beside(&self, v: u32, place: DVec3) -> Option<u32> {
+        let around = self.complex.around(v).iter();
+        let corners = around.filter_map(|&t| self.complex.corners(t)).flatten();
+        let mut near: SmallVec<[(u64, u32); 8]> = corners
+            .filter(|&w| w != v && self.creased[w as usize])
+            .map(|w| (self.complex.at(w).distance(place).to_bits(), w))
+            .collect();
+        near.sort_unstable();
+        near.dedup();
+        let may = |&(_, w): &(u64, u32)| {
+            self.keeps_shapes(v, self.complex.at(w), Some(w)) && self.complex.contractible(v, w)
+        };
+        near.into_iter().find(may).map(|(_, w)| w)
     }
 
     /// Whether no triangle turns over or collapses if a vertex moves.
     fn may_move(&self, v: u32, to: DVec3) -> bool {
+        self.keeps_shapes(v, to, None)
+    }
+
+    /// Whether no triangle around a vertex turns over or collapses if it moves, but
+    /// for those with another corner.
+    fn keeps_shapes(&self, v: u32, to: DVec3, but: Option<u32>) -> bool {
         self.complex.around(v).iter().all(|&t| {
             let Some(corners) = self.complex.corners(t) else {
                 return true;
             };
+            if but.is_some_and(|w| corners.contains(&w)) {
+                return true;
+            }
             let old = self.complex.shape(corners);
             let new = self.complex.shape_with(corners, v, to);
             new.normal.dot(old.normal) > TURN && new.sine > FLATTEST.min(0.9 * old.sine)
