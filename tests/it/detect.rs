@@ -74,6 +74,51 @@ fn the_end_of_a_flush_tab_is_cut_from_the_wall_in_its_plane() {
     assert_eq!(found(&mesh), truth);
 }
 
+/// A disc with a hole of eight chords, whose rim has a ring of vertices half way, turned by half a
+/// chord: its triangles lean to and fro.
+#[test]
+fn the_rim_of_a_hole_of_few_free_triangles_is_coping() {
+    const CHORDS: u32 = 8;
+    // Radius, height, turn in chords.
+    let rings = [
+        (12.0, 0.0, 0.0),
+        (12.0, 1.5, 0.0),
+        (3.0, 1.5, 0.0),
+        (3.0, 0.75, 0.5),
+        (3.0, 0.0, 0.0),
+    ];
+    let mut mesh = TriMesh::default();
+    for (radius, height, turn) in rings {
+        for k in 0..CHORDS {
+            let (sin, cos) =
+                (std::f64::consts::TAU * (f64::from(k) + turn) / f64::from(CHORDS)).sin_cos();
+            mesh.positions
+                .push(DVec3::new(radius * cos, radius * sin, height));
+        }
+    }
+    let mut truth = Vec::new();
+    for ring in 0..rings.len() as u32 {
+        let next = (ring + 1) % rings.len() as u32;
+        let at = |ring: u32, k: u32| ring * CHORDS + k % CHORDS;
+        for k in 0..CHORDS {
+            let [a, b] = [at(ring, k), at(ring, k + 1)];
+            let [c, d] = [at(next, k), at(next, k + 1)];
+            // Towards the ring that is turned on, its vertex lies between two.
+            let pair = if ring == 3 {
+                [[a, b, d], [a, d, c]]
+            } else {
+                [[a, b, c], [b, d, c]]
+            };
+            for t in pair {
+                mesh.triangles.push(t);
+                truth.push(matches!(ring, 0 | 2 | 3));
+            }
+        }
+    }
+    assert!(mesh.volume() > 0.0);
+    assert_eq!(found(&mesh), truth);
+}
+
 #[test]
 fn small_parts_are_looked_at_from_fewer_points() {
     let points = |name| detect(&fixture_part(name).0, &Options::default()).samples;

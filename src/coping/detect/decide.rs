@@ -36,6 +36,13 @@ const SECOND_THOUGHTS: usize = 5;
 /// Share of its border along which a convex round runs smoothly into walls.
 const RUNS_IN: f64 = 0.25;
 
+/// Share of its border along which a face runs on into copings, about as straight as
+/// chords of a round rim do, from which it is one of them.
+const ENCLOSED: f64 = 0.5;
+
+/// Turns that are such, degrees: six chords a full turn.
+const CHORDS: f64 = 60.0;
+
 /// Thicknesses of the part's thin walls from which a squarish wall is solid.
 const SOLID: f64 = 3.0;
 
@@ -76,6 +83,7 @@ pub(super) fn decide(
     judge.think_again();
     judge.drop_running_rounds(surface, faces);
     judge.drop_solids(thin_wall);
+    judge.fill(surface, faces);
     let area = |face: usize| measures.area[face].max(f64::MIN_POSITIVE);
     let all = 0..faces.len();
     Decision {
@@ -209,6 +217,39 @@ impl Judge<'_> {
             if faces.kinds[face] == Kind::Round && into_walls[face] > RUNS_IN * border[face] {
                 self.labels[face] = Label::Wall;
             }
+        }
+    }
+
+    /// A facet among copings is one of them: of a rim whose triangles are few and lie
+    /// freely, each is a face of its own, and chords across it see but its
+    /// neighbours.
+    fn fill(&mut self, surface: &Surface, faces: &Faces) {
+        let mut border = vec![0.0; faces.len()];
+        let mut beside: Vec<Vec<(usize, f64)>> = vec![Vec::new(); faces.len()];
+        for edge in &surface.edges {
+            let [a, b] = edge.faces.map(|t| faces.of(t));
+            if a == b {
+                continue;
+            }
+            for (face, other) in [(a, b), (b, a)] {
+                border[face] += edge.length;
+                if edge.angle() < CHORDS && self.labels[other] == Label::Coping {
+                    beside[face].push((other, edge.length));
+                }
+            }
+        }
+        let area = |face: usize| self.measures.area[face];
+        let is_among = |face: &usize| {
+            let along: f64 = beside[*face].iter().map(|b| b.1).sum();
+            let larger = beside[*face].iter().any(|b| area(b.0) >= area(*face));
+            self.labels[*face] == Label::Wall
+                && faces.kinds[*face] == Kind::Flat
+                && larger
+                && along >= ENCLOSED * border[*face]
+        };
+        let among: Vec<usize> = (0..faces.len()).filter(is_among).collect();
+        for face in among {
+            self.labels[face] = Label::Coping;
         }
     }
 
