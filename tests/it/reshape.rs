@@ -6,6 +6,7 @@ use midsurf::extract::{Extraction, Settings, extract};
 use midsurf::internals::field::Field;
 use midsurf::mesh::{Part, PartOptions, TriMesh, self_intersections};
 use midsurf::reshape::ElementSettings;
+use midsurf::reshape::remesh::Junctions;
 use midsurf::surface::graph::Counts;
 use midsurf::surface::{MidSurface, MidVertex, segments};
 
@@ -210,6 +211,30 @@ fn chords_of_a_round_wall_are_no_creases() {
         assert!(count < 4.0 * ideal, "{count} against {ideal}");
         let feet = |v: &MidVertex| v.ball.footpoints.len();
         assert!(result.surface.vertices().iter().all(|v| feet(v) >= 2));
+    }
+}
+
+/// Where no walls meet, straight junctions move nothing, though chords of a round wall do not lie
+/// opposite each other.
+#[test]
+fn straight_junctions_leave_walls_without_any_as_they_are() {
+    let part = tube([1.8, 3.0], 12, 8, 12.0);
+    let with = |junctions| {
+        let elements = ElementSettings {
+            junctions,
+            ..ElementSettings::of_size(CellSize::Thicknesses(2.0))
+        };
+        let settings = Settings {
+            elements: Some(elements),
+            ..Settings::default()
+        };
+        extract(&part, &settings, &|_, _, _| ()).unwrap()
+    };
+    let straight = with(Junctions::Straight);
+    let field = Field::new(&part);
+    for v in straight.surface.vertices() {
+        let on = |&foot: &DVec3| field.footpoint(foot).distance < 1e-9;
+        assert!(v.ball.footpoints.iter().all(on), "{}", v.position);
     }
 }
 

@@ -27,6 +27,11 @@ use crate::surface::marked::{Line, MarkedVertex};
 /// undisturbed, degrees.
 const PLAIN: f64 = 4.0;
 
+/// How far from a line the sheets of a junction may be disturbed, along them: in
+/// distances of the walls there. Farther on a wall is what it is, also where
+/// chords of round walls do not lie opposite each other.
+const REACH: f64 = 3.0;
+
 /// Planes whose normals lean less count as one when they are intersected: the
 /// square of the sine of ten degrees.
 const ONE_PLANE: f64 = 0.03;
@@ -81,7 +86,12 @@ impl Remesher<'_> {
     /// the mesh giving way.
     pub(super) fn straighten(&mut self, give_way: &dyn Fn(&mut Self)) {
         let patches = self.patches();
-        let supports = self.supports(&patches);
+        let disturbed = self.disturbed(&patches);
+        let supports = self.supports(&patches, &disturbed);
+        let mut reached = vec![false; self.vertices.len()];
+        for (&(_, v), disturbed) in patches.corners.iter().zip(&disturbed) {
+            reached[v as usize] |= disturbed;
+        }
         let mut at_vertex: Vec<SmallVec<[Option<Support>; 3]>> =
             vec![SmallVec::new(); self.vertices.len()];
         for (&(_, v), support) in patches.corners.iter().zip(&supports) {
@@ -89,7 +99,7 @@ impl Remesher<'_> {
         }
         let ends = self.rib_ends(&at_vertex);
         for v in 0..self.vertices.len() as u32 {
-            if self.kept.contains(self.complex.at(v)) {
+            if !reached[v as usize] || self.kept.contains(self.complex.at(v)) {
                 continue;
             }
             let here = &at_vertex[v as usize];
@@ -210,9 +220,49 @@ impl Remesher<'_> {
         known.then_some((angle, p.distance(q), normal))
     }
 
+    /// Whether each corner of a patch is within reach of a line where walls meet or
+    /// bend, or a web fades.
+    fn disturbed(&self, patches: &Patches) -> Vec<bool> {
+        let mut radius = vec![0.0; self.vertices.len()];
+        if let Some(walls) = self.ground.walls() {
+            for ((a, b), class) in self.complex.line_edges() {
+                if matches!(class.mark, None | Some(Line::CopingBorder)) {
+                    continue;
+                }
+                for v in [a, b] {
+                    let vertex = &self.vertices[v as usize];
+                    radius[v as usize] = walls.field().footpoint(vertex.at).distance;
+                }
+            }
+        }
+        // What of the reach is left, the most first.
+        let mut left: Vec<f64> = patches
+            .corners
+            .iter()
+            .map(|c| REACH * radius[c.1 as usize])
+            .collect();
+        let mut queue: BinaryHeap<(u64, Reverse<u32>)> = (left.iter().zip(0..))
+            .filter(|(left, _)| **left > 0.0)
+            .map(|(left, n)| (left.to_bits(), Reverse(n)))
+            .collect();
+        while let Some((bits, Reverse(n))) = queue.pop() {
+            let here = f64::from_bits(bits);
+            if here < left[n as usize] {
+                continue;
+            }
+            for &(m, way) in &patches.beside[n as usize] {
+                if here - way > left[m as usize] {
+                    left[m as usize] = here - way;
+                    queue.push(((here - way).to_bits(), Reverse(m)));
+                }
+            }
+        }
+        left.into_iter().map(|left| left > 0.0).collect()
+    }
+
     /// For each corner of a patch that is disturbed, the plane of the nearest
     /// undisturbed one; an undisturbed corner has its own.
-    fn supports(&self, patches: &Patches) -> Vec<Option<Support>> {
+    fn supports(&self, patches: &Patches, disturbed: &[bool]) -> Vec<Option<Support>> {
         let open: Vec<Option<(f64, f64, DVec3)>> = patches
             .corners
             .iter()
@@ -234,7 +284,7 @@ impl Remesher<'_> {
         let mut queue: BinaryHeap<(Reverse<u64>, Reverse<u32>)> = BinaryHeap::new();
         for (n, (&(patch, v), found)) in patches.corners.iter().zip(&open).enumerate() {
             if let Some((angle, thickness, normal)) = *found
-                && angle >= usual[patch as usize] - PLAIN
+                && (angle >= usual[patch as usize] - PLAIN || !disturbed[n])
             {
                 let through = self.complex.at(v);
                 let own = true;
