@@ -28,9 +28,9 @@ use crate::trace::tolerances::CREASE_ANGLE;
 /// flatter than this are left to the triangles.
 const LEAST_JUMP: f64 = 10.0;
 
-/// Walls that differ by more, in degrees, make a crease whatever is beside them: so
-/// do twelve chords a full turn not.
-const SHARP: f64 = 35.0;
+/// Walls that differ by more, in degrees, make a crease whatever is beside them: chords of
+/// a round wall do so where eight go round it.
+const SHARP: f64 = 40.0;
 
 /// A wall that goes on to turn by this share of the turn of a crease, beside it, is
 /// round.
