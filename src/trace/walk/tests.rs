@@ -161,7 +161,18 @@ fn tetrahedra_agree_with_the_nearest_walls() {
 
 #[test]
 fn blocks_of_any_size_give_one_mesh() {
-    for (name, cell) in [("tee", 0.7), ("plate_round_edge", 0.9), ("bracket", 2.0)] {
+    for (name, cell) in [
+        ("tee", 0.7),
+        ("tee_rotated", 0.9),
+        ("plate_round_edge", 0.9),
+        ("bracket", 2.0),
+        ("cross", 1.0),
+        ("ell_bend", 1.0),
+        ("plate_holes", 1.0),
+        ("hemisphere_shell", 1.0),
+        ("boss_gussets", 1.5),
+        ("enclosure", 3.0),
+    ] {
         let oracle = Oracle::new(name);
         let walls = oracle.walls();
         let (low, high) = oracle.field.bounds();
@@ -177,9 +188,10 @@ fn blocks_of_any_size_give_one_mesh() {
         };
         let (blocks, tets, whole) = mesh(12);
         assert_eq!(blocks, 1);
-        for bits in [5, 4, 3, 1] {
+        let mut counts = BTreeSet::new();
+        for bits in [6, 5, 4, 3, 1] {
             let (blocks, again, pieced) = mesh(bits);
-            assert!(blocks > 1 || bits > 4, "{name} in {blocks} blocks");
+            counts.insert(blocks);
             assert_eq!(again, tets, "{name} by blocks of {}", 1 << bits);
             assert_eq!(pieced.triangles, whole.triangles);
             assert_eq!(pieced.lines, whole.lines);
@@ -187,6 +199,8 @@ fn blocks_of_any_size_give_one_mesh() {
                 assert_eq!((a.at, &a.walls, a.coping), (b.at, &b.walls, b.coping));
             }
         }
+        let some = counts.range(2..=8).count();
+        assert!(some > 0 && counts.last() >= Some(&64), "{name}: {counts:?}");
     }
 }
 

@@ -121,6 +121,32 @@ def test_one_part_in_pieces_is_that_of_one_machine(client: Client, parts: Path, 
         midsurf.merge([piece])
 
 
+def test_a_killed_worker_takes_no_piece_with_it(client: Client, parts: Path, tmp_path: Path) -> None:
+    file, coping = parts / "box_divider.obj", parts / "box_divider.coping.txt"
+    killed: list[int] = []
+
+    def kill(stage: str, done: int, of: int) -> None:
+        """Kills a worker that has a piece in hand, once another piece is done."""
+        if stage != "shards" or killed or done == of:
+            return
+        deadline = time.monotonic() + 60.0
+        while time.monotonic() < deadline and not killed:
+            for address, keys in client.processing().items():
+                if keys:
+                    pid = client.run(os.getpid, workers=[address])[address]
+                    os.kill(pid, signal.SIGKILL)
+                    killed.append(pid)
+                    return
+            time.sleep(0.01)
+
+    mid = midsurf.dask.extract(file, client, shards=6, coping=coping, cell="0.4t", progress=kill)
+    assert killed
+    alone = midsurf.extract(file, coping=coping, cell="0.4t")
+    mid.save(tmp_path / "pieces.ply")
+    alone.save(tmp_path / "alone.ply")
+    assert (tmp_path / "pieces.ply").read_bytes() == (tmp_path / "alone.ply").read_bytes()
+
+
 def test_folders_without_parts_are_refused(client: Client, tmp_path: Path) -> None:
     with pytest.raises(midsurf.InputError, match="holds no parts"):
         midsurf.dask.extract_many(tmp_path, client, out=tmp_path / "out")
