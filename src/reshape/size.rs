@@ -57,6 +57,7 @@ impl Settings {
                 self.sag
             },
             wall_arc: if self.quads { WARP_ARC } else { f64::INFINITY },
+            ball_arc: if self.quads { BALL_ARC } else { f64::INFINITY },
             grading: self.grading,
             arc: ARC,
             parts: 1.0,
@@ -70,6 +71,7 @@ impl Settings {
             sag: COARSE_SAG * self.sag,
             wall_sag: COARSE_SAG * self.sag,
             wall_arc: 2.0 * WARP_ARC,
+            ball_arc: 2.0 * BALL_ARC,
             grading: COARSE_GRADING * self.grading,
             arc: COARSE_ARC,
             parts: 2.0,
@@ -87,6 +89,8 @@ pub(super) struct Wanted {
     wall_sag: f64,
     /// Angle that an edge on a curved wall may span.
     wall_arc: f64,
+    /// The same where the wall bends in every direction.
+    ball_arc: f64,
     /// Growth of edges away from fine places, by length.
     grading: f64,
     /// Angle that an edge of a line may span.
@@ -106,6 +110,10 @@ const COARSE_ARC: f64 = 1.5 * ARC;
 /// bends by seven tenths of that, which would be 16 degrees, but its vertices
 /// move to where it bends less.
 const WARP_ARC: f64 = 0.4;
+
+/// The same where the wall bends in every direction, as a ball does: there is no way to
+/// lie that bends less.
+const BALL_ARC: f64 = 0.2;
 
 /// Elements that are to be halved may stray so much farther than their halves
 /// may: four times would do on a round wall, but edits could no longer tell
@@ -141,10 +149,13 @@ pub(super) fn sizes(
     };
     let around = Neighbours::new(complex);
     for v in 0..vertices.len() as u32 {
-        let bend = wall_bend(v, &around, complex, vertices, ground);
+        let [bend, least] = wall_bend(v, &around, complex, vertices, ground);
         if bend > 0.0 {
             let most = (8.0 * wanted.wall_sag / bend).sqrt();
             lower(v, most.min(wanted.wall_arc / bend), &mut size);
+        }
+        if least > 0.0 {
+            lower(v, wanted.ball_arc / least, &mut size);
         }
     }
     for (v, bend) in lines.bends(complex, 0.5 * wanted.size) {
@@ -204,7 +215,7 @@ impl Neighbours {
 }
 
 /// Curvature of the walls at a vertex inside a sheet, as the turn of their
-/// normals by length; of the straighter wall, so that the dip of a sheet
+/// normals by length, the mean and the least over its edges; of the straighter wall, so that the dip of a sheet
 /// beside a seam, where one footpoint sits on an edge, counts for nothing.
 fn wall_bend(
     v: u32,
@@ -212,21 +223,22 @@ fn wall_bend(
     complex: &Complex,
     vertices: &[MarkedVertex],
     ground: &dyn Ground,
-) -> f64 {
+) -> [f64; 2] {
     if complex.rank(v) != Rank::Inner {
-        return 0.0;
+        return [0.0; 2];
     }
     let here = &vertices[v as usize];
-    let (mut turns, mut length) = ([0.0; 2], 0.0);
+    let (mut turns, mut length, mut least) = ([0.0; 2], 0.0, f64::INFINITY);
     for &(w, way) in around.of(v) {
         let step = ground.turns(here, &vertices[w as usize]);
         turns = [turns[0] + step[0], turns[1] + step[1]];
         length += way;
+        least = least.min(step[0].min(step[1]) / way);
     }
     if length > 0.0 {
-        turns[0].min(turns[1]) / length
+        [turns[0].min(turns[1]) / length, least]
     } else {
-        0.0
+        [0.0; 2]
     }
 }
 
