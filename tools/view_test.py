@@ -2,7 +2,7 @@
 """The page of `midsurf view` in a real browser: looks, turns, tags, saves, extracts,
 cancels, takes a picture, and is closed to strangers.
 
-    view_test.py [--binary target/debug/midsurf] [--pictures FOLDER] [--keep-going]
+    view_test.py [--binary target/debug/midsurf] [--pictures FOLDER]
 
 Needs Chromium and ChromeDriver (Debian: apt-get install chromium chromium-driver),
 and nothing from elsewhere: the browser is driven by the W3C WebDriver protocol.
