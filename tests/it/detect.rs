@@ -264,6 +264,13 @@ fn detected_tags_are_an_ordinary_file() {
         let total = shown.lines().find(|line| line.starts_with("all coping"));
         assert!(total.is_some_and(|line| line.contains(" 18 ")), "{shown}");
     }
+    let quiet = desk.run(&["tags", "detect", part, "-q", "-j", "1", "-o", "quiet.txt"]);
+    assert_eq!(
+        (quiet.status.code(), quiet.stdout, quiet.stderr),
+        (Some(0), vec![], vec![])
+    );
+    let read = |file: &str| std::fs::read(desk.path(file)).unwrap();
+    assert_eq!(read("quiet.txt"), read("tags.txt"));
 }
 
 #[test]

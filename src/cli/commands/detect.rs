@@ -1,7 +1,7 @@
 //! `midsurf tags detect`: the coping faces of a part, found by the program.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -17,10 +17,9 @@ use serde_json::{Value, json};
 
 use crate::cli::shared::failure::Failure;
 use crate::cli::shared::input::print_warnings;
-use crate::cli::shared::pool;
 use crate::cli::shared::reading::{ReadingArgs, SelectArgs};
 use crate::cli::shared::report::{Envelope, named};
-use crate::cli::shared::run::{check_names, check_suffix};
+use crate::cli::shared::run::{RunArgs, check_suffix};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -55,9 +54,8 @@ pub(crate) struct Args {
     /// Print every face, not only those in doubt
     #[arg(long)]
     list: bool,
-    /// Write all faces, scores and reasons as JSON; `-` for stdout
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    run: RunArgs,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
@@ -65,22 +63,23 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let json_file = args.json.iter().filter(|file| *file != Path::new("-"));
-    let outputs = args.output.iter().map(|file| (file.clone(), "tags"));
-    let outputs = outputs.chain(args.picture.iter().map(|file| (file.clone(), "picture")));
-    let outputs = outputs.chain(json_file.clone().map(|file| (file.clone(), "report")));
-    check_names(&[(&*args.part, "part")], outputs)?;
+    let outputs = args.output.iter().chain(&args.picture).cloned().collect();
+    args.run.check_names(&[(&*args.part, "part")], outputs)?;
     if let Some(file) = &args.picture {
         check_suffix(file, ".png")?;
     }
-    pool::start(None);
+    let progress = args.run.start()?;
     let start = Instant::now();
     let (loaded, warnings) = args.reading.with(Some(&args.select)).load(&args.part)?;
-    print_warnings(&warnings);
+    if !args.run.quiet {
+        print_warnings(&warnings);
+    }
+    progress.show("detecting", 0, 0);
     let options = Options {
         samples: args.samples.map(|samples| samples as usize),
     };
     let detection = detect(&loaded.mesh, &options);
+    drop(progress);
     let report = as_json(args, &loaded, &detection, (start, &warnings));
 
     let mut staged = Vec::new();
@@ -99,20 +98,12 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
         let colours = colours(&detection);
         staged.push(stage_picture(&loaded.mesh, &colours, file).map_err(Failure::output)?);
     }
-    for file in json_file {
-        let write = |out: &mut dyn Write| writeln!(out, "{report:#}");
-        staged.push(stage(file, write).map_err(Failure::output)?);
-    }
-    for file in staged {
-        file.commit().map_err(Failure::output)?;
-    }
-    let mut out = io::stdout().lock();
-    if args.json.as_deref() == Some(Path::new("-")) {
-        writeln!(out, "{report:#}")?;
-    } else {
+    args.run.finish(staged, &report)?;
+    if !args.run.quiet && !args.run.reports_to_stdout() {
+        let mut out = io::stdout().lock();
         print(&detection, &loaded.source, args.list, &mut out)?;
+        out.flush()?;
     }
-    out.flush()?;
     Ok(ExitCode::SUCCESS)
 }
 
