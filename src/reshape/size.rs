@@ -173,7 +173,13 @@ pub(super) fn sizes(
         lower(v, wanted.parts * gap, &mut size);
     }
     for (v, size) in (0..).zip(&mut size) {
-        *size *= 0.5_f64.powi(kept.tries_at(complex.at(v)));
+        let at = complex.at(v);
+        let longest = around.of(v).iter().map(|n| n.1).fold(0.0, f64::max);
+        match kept.is_left(at) {
+            // Elements beside it are as large as what is there.
+            true => *size = size.min(longest.max(floor)),
+            false => *size *= 0.5_f64.powi(kept.tries_at(at)),
+        }
     }
     grade(&mut size, &around, wanted.grading);
     size

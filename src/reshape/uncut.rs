@@ -4,12 +4,15 @@
 //! there shows in the whole. So the whole is looked at once all edits are made,
 //! and where triangles cut each other that did not before, the edits are made
 //! again, without those beside that place or, where a mesh of elements is made,
-//! with smaller ones there.
+//! with smaller ones there, and without any if those fail too.
 
 use glam::DVec3;
 
 use crate::mesh::{FaceId, self_intersections};
 use crate::surface::marked::MarkedMesh;
+
+/// Tries that fail at a place before it is left as it was.
+const LEFT: i32 = 2;
 
 /// Places where edits made triangles cut each other: balls by centre, radius and
 /// the try, from 1, that showed it.
@@ -20,6 +23,11 @@ impl Kept {
     /// Whether a vertex at a place stays, with its triangles.
     pub(super) fn contains(&self, p: DVec3) -> bool {
         self.tries_at(p) > 0
+    }
+
+    /// Whether even smaller elements failed at a place: the mesh given stays there.
+    pub(super) fn is_left(&self, p: DVec3) -> bool {
+        self.tries_at(p) >= LEFT
     }
 
     /// The last try that failed beside a place; 0 where none did.

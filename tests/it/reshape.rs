@@ -339,6 +339,29 @@ fn flat_walls_get_as_few_elements_as_the_size_asks() {
     }
 }
 
+/// Flaps that run into their plate at a knife edge: sheets lie so close that elements cut each
+/// other, and smaller ones more. What was traced stays there.
+#[test]
+fn where_smaller_elements_fail_the_traced_mesh_stays() {
+    let part = part("placed/louvers");
+    for junctions in [Junctions::Medial, Junctions::Straight] {
+        let elements = ElementSettings {
+            quads: true,
+            junctions,
+            ..ElementSettings::of_size(CellSize::Thicknesses(2.0))
+        };
+        let settings = Settings {
+            elements: Some(elements),
+            ..Settings::default()
+        };
+        let result = extract(&part, &settings, &|_, _, _| ()).unwrap();
+        assert_eq!(self_intersections(&result.surface.mesh()), []);
+        let count = result.surface.triangles().len();
+        let raw = run(&part, None).surface.triangles().len();
+        assert!(3 * count < raw, "{count} of {raw}");
+    }
+}
+
 /// Where a border bends between two vertices the traced mesh has a triangle across
 /// the bend, upright on the sheet; made large it would leave the part.
 #[test]

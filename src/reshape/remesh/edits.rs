@@ -64,7 +64,8 @@ impl Remesher<'_> {
             let before = self.edits.split;
             for (a, b) in self.edges_off(|ratio| ratio > LONG) {
                 // A longer edge beside it may have been split first.
-                if self.complex.adjacent(a, b) && self.ratio(a, b) > LONG {
+                let there = self.complex.adjacent(a, b) && !self.is_left(a, b);
+                if there && self.ratio(a, b) > LONG {
                     self.split(a, b);
                 }
             }
@@ -361,7 +362,7 @@ impl Remesher<'_> {
         for _ in 0..PASSES {
             let before = self.edits.flipped;
             for (a, b) in self.complex.edges() {
-                if !self.complex.adjacent(a, b) || !self.gains_by_flip(a, b) {
+                if !self.complex.adjacent(a, b) || self.is_left(a, b) || !self.gains_by_flip(a, b) {
                     continue;
                 }
                 if let Some(wings) = self.complex.wings(a, b)

@@ -191,7 +191,7 @@ impl Remesher<'_> {
         for face in faces {
             for (a, b) in (0..face.len()).map(|k| side(face, k)) {
                 let wanted = 0.5 * (self.fine[a as usize] + self.fine[b as usize]);
-                if self.length(a, b) > LONG * wanted {
+                if self.length(a, b) > LONG * wanted && !self.is_left(a, b) {
                     halved.insert((a, b));
                 }
             }

@@ -78,7 +78,7 @@ const ROUNDS: usize = 6;
 const POLISH: usize = 4;
 
 /// Tries to keep elements from passing through each other.
-const TRIES: i32 = 3;
+const TRIES: i32 = 4;
 
 /// A line has a corner where it turns by more, degrees.
 const CORNER: f64 = 30.0;
@@ -160,6 +160,8 @@ struct Remesher<'a> {
     targets: Vec<(u32, DVec3)>,
     /// Whether lines stay where they are.
     frozen: bool,
+    /// Vertices of the mesh given that stay, and the edges between them.
+    left: Vec<bool>,
     /// Where elements came to pass through each other.
     kept: &'a Kept,
     ground: &'a dyn Ground,
@@ -185,6 +187,10 @@ impl<'a> Remesher<'a> {
         for v in Lines::new(&complex, &mesh.vertices).corners(CORNER_WIDTH * first.size, angle) {
             complex.pin(v);
         }
+        let left: Vec<bool> = (mesh.vertices.iter()).map(|v| kept.is_left(v.at)).collect();
+        for v in (0..).zip(&left).filter(|(_, left)| **left).map(|(v, _)| v) {
+            complex.pin(v);
+        }
         let lines = Lines::new(&complex, &mesh.vertices);
         let sizes = |wanted: &Wanted| sizes(&complex, &mesh.vertices, &lines, ground, wanted, kept);
         let size = sizes(&first);
@@ -199,6 +205,7 @@ impl<'a> Remesher<'a> {
             straight: vec![None; mesh.vertices.len()],
             targets: Vec::new(),
             frozen: false,
+            left,
             kept,
             size,
             fine,
@@ -255,6 +262,12 @@ impl<'a> Remesher<'a> {
         let chords = (0..self.vertices.len()).filter(|&v| self.chord[v] && used(v as u32));
         self.edits.chords = chords.count();
         (self.complex.into_mesh(&self.vertices), self.edits)
+    }
+
+    /// Whether an edge of the mesh given stays as it is.
+    fn is_left(&self, a: u32, b: u32) -> bool {
+        let left = |v: u32| self.left.get(v as usize).is_some_and(|left| *left);
+        left(a) && left(b)
     }
 
     fn length(&self, a: u32, b: u32) -> f64 {
