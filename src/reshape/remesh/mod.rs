@@ -94,7 +94,8 @@ const LEANING_AT_END: f64 = 0.2;
 const CORNER_WIDTH: f64 = 0.1;
 
 /// Remeshes towards an element size. Where elements of that size would pass
-/// through each other they are made smaller, and junctions stay as they are.
+/// through each other they are made smaller, or the mesh given stays where those do too; junctions
+/// stay as they are.
 pub(crate) fn remesh(mesh: &MarkedMesh, ground: &dyn Ground, settings: &Settings) -> Meshed {
     let make = |kept: &Kept| remesh_with(mesh, ground, settings, kept);
     fewest_cuts(mesh, TRIES, make, |meshed| &meshed.mesh).0
