@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::ball::{Touching, touching};
+use super::bends::Bends;
 use super::measures::{Defect, LEAST_ANGLE, Measure, Outcome};
 use crate::field::{Field, Footpoint, Hit};
 use crate::mesh::samples::spread;
@@ -42,10 +43,6 @@ const SAMPLES: usize = 20_000;
 /// A wall is covered if the surface comes within so many thicknesses of it:
 /// half of one is right, corners and rims are farther.
 const COVERED: f64 = 1.0;
-
-/// Bend between neighbours, degrees, from which the surface has a bend that
-/// counts as a seam does.
-const BEND: f64 = 20.0;
 
 /// Neighbours that bend more than this, degrees, are folded.
 const FOLD: f64 = 150.0;
@@ -146,7 +143,7 @@ impl<'c> Checker<'c> {
             .map_init(Vec::new, |hits, t| self.probe(centre(t), hits))
             .collect();
         let thickness = median(nodes.iter().filter_map(|p| Some(2.0 * p.ball?.radius)));
-        let bends = Bends::of(self, thickness);
+        let bends = Bends::of(&self.edges, |v| self.at(v), |e| self.bend(e), thickness);
         let (uncovered, covered) = self.uncovered(thickness);
         let of = |measure, all| Outcome::of(measure, all, self.limit(measure));
         let one_of = |v: usize| self.triangle_at[v];
@@ -560,47 +557,4 @@ fn components(mesh: &TriMesh) -> Vec<usize> {
     let mut all: Vec<(usize, usize)> = size.into_values().collect();
     all.sort_unstable_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
     all.into_iter().map(|(_, first)| first).collect()
-}
-
-/// Where the surface has seams or bends.
-struct Bends {
-    cell: f64,
-    places: FxHashMap<[i64; 3], Vec<DVec3>>,
-}
-
-impl Bends {
-    fn of(checker: &Checker, reach: f64) -> Bends {
-        let mut bends = Bends {
-            cell: reach,
-            places: FxHashMap::default(),
-        };
-        let edges = &checker.edges;
-        for e in 0..edges.len() {
-            let seam = edges.uses(e).len() > 2;
-            if seam || checker.bend(e).is_some_and(|bend| bend > BEND) {
-                let [p, q] = edges.ends[e].map(|v| checker.at(v));
-                // Long edges count along their length.
-                let steps = ((p.distance(q) / reach).ceil() as u32).clamp(1, 1000);
-                for k in 0..=steps {
-                    let at = p.lerp(q, f64::from(k) / f64::from(steps));
-                    bends.places.entry(bends.key(at)).or_default().push(at);
-                }
-            }
-        }
-        bends
-    }
-
-    fn key(&self, at: DVec3) -> [i64; 3] {
-        (at / self.cell).floor().to_array().map(|x| x as i64)
-    }
-
-    /// Whether a seam or bend is within reach.
-    fn near(&self, at: DVec3) -> bool {
-        let [x, y, z] = self.key(at);
-        (-1..=1)
-            .flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [x + i, y + j, z + k])))
-            .filter_map(|key| self.places.get(&key))
-            .flatten()
-            .any(|place| place.distance(at) < self.cell)
-    }
 }

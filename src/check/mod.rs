@@ -6,6 +6,7 @@
 
 mod against_part;
 mod ball;
+mod bends;
 pub mod closed_over;
 mod measures;
 pub mod missed;

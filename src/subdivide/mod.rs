@@ -49,13 +49,11 @@ mod tests;
 mod warning;
 
 use glam::DVec3;
-use miette::Diagnostic;
-use thiserror::Error;
 
 pub use cage::{Cage, Polygon};
 pub use contour::{ContourError, ContourSettings, ContourSolid, contour, contour_until};
 pub use crust::{Crust, Scheme};
-pub use error::CageError;
+pub use error::{CageError, SubdivideError};
 pub use fold::{FoldFree, fold_free};
 use grid::Laid;
 pub use grid::{Grid, MOST_POINTS, Samples};
@@ -98,97 +96,6 @@ pub struct Settings {
     pub scheme: Scheme,
     /// Rule for open meshes.
     pub boundary: Boundary,
-}
-
-/// Why there is no solid.
-#[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum SubdivideError {
-    /// The control mesh is none, or grew too large.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Cage(#[from] CageError),
-    /// No positive length.
-    #[error("the thickness {0} is not a positive length")]
-    #[diagnostic(help("give --thickness a positive length"))]
-    Thickness(f64),
-    /// A wall with nothing of the mesh's size.
-    #[error(
-        "a wall of {thickness} is out of all proportion to a control mesh with a diagonal of {diagonal:.6}"
-    )]
-    #[diagnostic(help("give --thickness in the units of the control mesh"))]
-    Thick {
-        /// Asked for.
-        thickness: f64,
-        /// Of the control mesh.
-        diagonal: f64,
-    },
-    /// No positive length.
-    #[error("the tolerance {0} is not a positive length")]
-    #[diagnostic(help("give --tolerance a positive length"))]
-    Tolerance(f64),
-    /// None, or too many.
-    #[error(
-        "{samples} samples a side on {faces} faces: one is the least, {MOST_POINTS} points in all the most"
-    )]
-    #[diagnostic(help("take fewer --samples or --levels"))]
-    Samples {
-        /// Steps along a side.
-        samples: usize,
-        /// Faces at the level.
-        faces: usize,
-    },
-    /// More memory than is allowed.
-    #[error(
-        "{samples} samples at level {level} need about {needed:.1} GB, and {allowed:.1} GB are allowed; {fit} samples would fit"
-    )]
-    #[diagnostic(help(
-        "take fewer --samples or --levels; raise --memory-limit if the machine has more memory"
-    ))]
-    Memory {
-        /// Steps along a side.
-        samples: usize,
-        /// The level.
-        level: u32,
-        /// Gigabytes that they take.
-        needed: f64,
-        /// Gigabytes allowed.
-        allowed: f64,
-        /// Steps along a side that would fit.
-        fit: usize,
-    },
-    /// Too many steps.
-    #[error("{0} subdivision steps are more than {MOST_LEVELS}")]
-    #[diagnostic(help("take fewer --samples or --levels"))]
-    Levels(u32),
-    /// A part of the mesh has no normal: all its vertices coincide, or lie on a
-    /// line.
-    #[error("the surface has no normal at vertex {vertex} of level {level}, nor around it")]
-    #[diagnostic(help("remove the parts of the control mesh that have no area"))]
-    NoNormal {
-        /// Vertex of the refined mesh.
-        vertex: usize,
-        /// The level.
-        level: u32,
-    },
-    /// No level meets both demands.
-    #[error(
-        "no level is both within {tolerance} of the thickness {thickness} and free of folds: {}",
-        tried(.trials, *.scheme)
-    )]
-    #[diagnostic(help(
-        "--scheme contour has no folds at any thickness; or allow a greater --tolerance, ask for a smaller --thickness, or take a level all the same with --levels N"
-    ))]
-    NoLevel {
-        /// Asked for.
-        thickness: f64,
-        /// Asked for.
-        tolerance: f64,
-        /// Asked for.
-        scheme: Scheme,
-        /// What each level gives.
-        trials: Vec<Trial>,
-    },
 }
 
 /// Figures of a level.

@@ -8,17 +8,16 @@
 //! coping cuts it, so a web is never mistaken for a fin, however weak its
 //! object angle.
 
+mod path;
 pub mod pinch;
 pub mod thickness;
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use glam::DVec3;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use crate::field::{Field, Footpoint};
 use crate::mesh::{FaceId, Part, angle};
+use path::straight_crossing;
 
 /// Largest object angle of a fin: that of a convex edge of 45 degrees. A wall
 /// that narrows to a sharper edge is a tapered wall, and its sheet is wanted.
@@ -27,11 +26,6 @@ pub const MAX_FIN_ANGLE: f64 = 135.0;
 /// Longest path, against the chord, that leads round a convex edge, round or
 /// rim corner of 45 degrees or more: 1 / sin(45 / 2).
 const LONGEST_WAY: f64 = 2.62;
-
-/// Longest path, against the chord, through a corner of the part in which two
-/// walls only touch: that of a square corner, with some room. Farther from it
-/// they are two walls, however short the way through it.
-const CORNER_WAY: f64 = 1.46;
 
 /// A path round one corner narrows towards it: its quarter points are half a
 /// chord apart for a sharp corner, 0.71 for a full round. The path round the
@@ -47,9 +41,6 @@ const PLAIN_WAY: f64 = 1.03;
 
 /// Gap of two footpoints, against their distance, that is no jump yet.
 const HARDLY_MOVED: f64 = 0.1;
-
-/// Triangles looked at before a path counts as long.
-const PATH_BUDGET: usize = 4096;
 
 /// Coping triangles joined to flat patches, so that a border that runs along
 /// an edge inside a flat end face, or through a corner, meets nothing there.
@@ -380,93 +371,6 @@ impl<'a> Walls<'a> {
     fn is_way(&self, face: FaceId) -> bool {
         is_way(self.field, face)
     }
-
-    /// The path between neighbours, over their common edge.
-    fn path_over_one(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
-        let corners = self.field.corners(a.face);
-        let k = (self.neighbours[a.face.index()].iter()).position(|&n| n == Some(b.face))?;
-        let at = straight_crossing(a.point, b.point, [corners[k], corners[(k + 1) % 3]]);
-        let path = Path::of(&[a.point, at, b.point]);
-        (path.length <= length).then_some(path)
-    }
-
-    /// The path over wall triangles from `a` to `b`, if one of at most
-    /// `length` is found. Best first (A*), each edge crossed where the way over it would
-    /// be straight; the path found is then pulled taut over the edges that it
-    /// crosses.
-    fn path(&self, a: &Footpoint, b: &Footpoint, length: f64) -> Option<Path> {
-        /// How much longer than a taut one a path may be while it is searched.
-        const SEARCH_SLACK: f64 = 1.15;
-        if self.pieces[a.face.index()] != self.pieces[b.face.index()] {
-            return None;
-        }
-        if let Some(path) = self.path_over_one(a, b, length) {
-            return Some(path);
-        }
-        let mut seen: FxHashSet<FaceId> = FxHashSet::default();
-        let mut open: BinaryHeap<(Reverse<Total>, u32)> = BinaryHeap::new();
-        let mut ways = vec![Way {
-            before: u32::MAX,
-            face: a.face,
-            walked: 0.0,
-            at: a.point,
-            edge: [a.point; 2],
-            corner: false,
-        }];
-        let chord = a.point.distance(b.point);
-        let most = |corner: bool| {
-            if corner {
-                length.min(CORNER_WAY * chord)
-            } else {
-                length
-            }
-        };
-        open.push((Reverse(Total(0.0)), 0));
-        while let Some((_, number)) = open.pop() {
-            let way = ways[number as usize];
-            if way.face == b.face {
-                return Some(taut(&ways, number, b.point)).filter(|p| p.length <= most(way.corner));
-            }
-            if !seen.insert(way.face) {
-                continue;
-            }
-            if seen.len() > PATH_BUDGET {
-                return None;
-            }
-            let corners = self.field.corners(way.face);
-            let mut step = |next: FaceId, edge: [DVec3; 2], corner: bool| {
-                let at = straight_crossing(way.at, b.point, edge);
-                let walked = way.walked + way.at.distance(at);
-                let total = walked + at.distance(b.point);
-                if total <= SEARCH_SLACK * most(corner) {
-                    ways.push(Way {
-                        before: number,
-                        face: next,
-                        walked,
-                        at,
-                        edge,
-                        corner,
-                    });
-                    open.push((Reverse(Total(total)), ways.len() as u32 - 1));
-                }
-            };
-            for k in 0..3 {
-                let next = self.neighbours[way.face.index()][k];
-                if let Some(next) = next.filter(|&n| self.is_way(n) && !seen.contains(&n)) {
-                    step(next, [corners[k], corners[(k + 1) % 3]], way.corner);
-                }
-                let vertex = self.indices[way.face.index()][k];
-                if self.parted[vertex as usize] {
-                    for &next in self.around(vertex) {
-                        if !seen.contains(&next) {
-                            step(next, [corners[k]; 2], true);
-                        }
-                    }
-                }
-            }
-        }
-        None
-    }
 }
 
 /// Whether a path may lead over a triangle: walls, and triangles without area,
@@ -513,101 +417,4 @@ fn longest_slide(a: &Footpoint, b: &Footpoint) -> f64 {
 /// Object angle of `x`, degrees: 180 between parallel walls.
 pub fn object_angle(x: DVec3, a: &Footpoint, b: &Footpoint) -> f64 {
     angle(a.point - x, b.point - x).to_degrees()
-}
-
-/// Where an edge is crossed by the shortest way from `a` to `b` over it.
-fn straight_crossing(a: DVec3, b: DVec3, [p, q]: [DVec3; 2]) -> DVec3 {
-    let along = (q - p).normalize_or_zero();
-    let length = (q - p).length();
-    let (sa, sb) = ((a - p).dot(along), (b - p).dot(along));
-    let ra = (a - p - sa * along).length();
-    let rb = (b - p - sb * along).length();
-    // Unfolded into one plane the way is straight and crosses the edge here.
-    let s = if ra + rb > 0.0 {
-        (sa * rb + sb * ra) / (ra + rb)
-    } else {
-        0.5 * (sa + sb)
-    };
-    p + s.clamp(0.0, length) * along
-}
-
-/// One triangle entered on a way over the walls.
-#[derive(Clone, Copy, Debug)]
-struct Way {
-    before: u32,
-    face: FaceId,
-    walked: f64,
-    /// Where the triangle was entered, and the edge that was crossed.
-    at: DVec3,
-    edge: [DVec3; 2],
-    /// Whether it led through a corner in which walls only touch.
-    corner: bool,
-}
-
-/// A path over the walls.
-#[derive(Clone, Copy, Debug)]
-struct Path {
-    length: f64,
-    /// Distance between the points at a quarter and three quarters of it.
-    waist: f64,
-}
-
-/// A way once its crossings have been moved to where they make it shortest.
-fn taut(ways: &[Way], last: u32, end: DVec3) -> Path {
-    const PASSES: usize = 12;
-    let mut edges: Vec<[DVec3; 2]> = Vec::new();
-    let mut points = vec![end];
-    let mut number = last;
-    while ways[number as usize].before != u32::MAX {
-        let way = &ways[number as usize];
-        edges.push(way.edge);
-        points.push(way.at);
-        number = way.before;
-    }
-    points.push(ways[number as usize].at);
-    for _ in 0..PASSES {
-        for k in 1..points.len() - 1 {
-            points[k] = straight_crossing(points[k - 1], points[k + 1], edges[k - 1]);
-        }
-    }
-    Path::of(&points)
-}
-
-impl Path {
-    fn of(points: &[DVec3]) -> Path {
-        let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
-        let at = |wanted: f64| {
-            let mut walked = 0.0;
-            for w in points.windows(2) {
-                let step = w[0].distance(w[1]);
-                if walked + step >= wanted && step > 0.0 {
-                    return w[0].lerp(w[1], (wanted - walked) / step);
-                }
-                walked += step;
-            }
-            points[points.len() - 1]
-        };
-        Path {
-            length,
-            waist: at(0.25 * length).distance(at(0.75 * length)),
-        }
-    }
-}
-
-/// A length to order by.
-#[derive(Clone, Copy, PartialEq)]
-struct Total(f64);
-
-impl Eq for Total {}
-
-impl PartialOrd for Total {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Total {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
-    }
 }
