@@ -15,6 +15,7 @@ import os
 import pathlib
 import shutil
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -336,6 +337,46 @@ def detected(browser, binary, shot):
         view.process.wait()
 
 
+def grid_plate(file, across=(230, 120), size=(60.0, 40.0, 2.0)):
+    """A plate of more than a hundred thousand triangles, as binary STL."""
+    (n, m), (x, y, z) = across, size
+    triangles = []
+
+    def face(at, columns, rows):
+        for i in range(columns):
+            for j in range(rows):
+                a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+                triangles.extend([(a, b, c), (a, c, d)])
+
+    px, py = (lambda i: x * i / n), (lambda j: y * j / m)
+    face(lambda i, j: (px(i), py(j), z), n, m)
+    face(lambda i, j: (px(j), py(i), 0.0), m, n)
+    face(lambda i, j: (px(i), 0.0, z * j), n, 1)
+    face(lambda i, j: (px(n - i), y, z * j), n, 1)
+    face(lambda i, j: (0.0, py(m - i), z * j), m, 1)
+    face(lambda i, j: (x, py(i), z * j), m, 1)
+    with open(file, "wb") as out:
+        out.write(struct.pack("<80xI", len(triangles)))
+        for triangle in triangles:
+            out.write(struct.pack("<12f2x", 0, 0, 0, *(value for corner in triangle for value in corner)))
+    return len(triangles)
+
+
+def large(browser, binary, folder, shot):
+    """Where frames take long less is drawn as the view moves, and all once it rests."""
+    count = grid_plate(folder / "large.stl")
+    view = View(binary, folder / "large.stl")
+    try:
+        browser.open(view.url)
+        move = "page.slow = true; page.camera.version++; page.draw(); return page.scene.drawn"
+        check(0 < browser.js(move) < count / 4, "a large part moves as fewer triangles")
+        shot("moving")
+        until(lambda: browser.js("return page.scene.drawn") == count, "the whole part at rest")
+        check(not browser.errors(), "no errors with a large part")
+    finally:
+        view.interrupt()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--binary", default=ROOT / "target/debug/midsurf")
@@ -367,6 +408,7 @@ def main():
         cancel_and_leave(browser, view)
         strangers(view)
         detected(browser, args.binary, shot)
+        large(browser, args.binary, folder, shot)
         one_file(browser, args.binary, folder, shot)
         check(view.interrupt() in (130, -2), "Ctrl-C ends it")
     except (AssertionError, RuntimeError) as error:

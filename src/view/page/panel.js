@@ -30,8 +30,16 @@ const state = {
   sheet: null,
 };
 
+// Milliseconds from which a frame is slow, and after which a view that does not move rests.
+const SLOW = 60;
+const RESTS = 250;
+
 const page = {
   scene: null,
+  // Whether frames are slow, the view last drawn, and when it rests.
+  slow: false,
+  version: -1,
+  rest: 0,
   camera: new Camera(),
   // Facts and arrays of the part and of the mid-surface.
   part: null,
@@ -65,9 +73,20 @@ const page = {
     };
   },
 
+  // While the view moves and frames take long, less is drawn; all again once it rests.
   draw() {
     if (!page.scene || !page.part) return;
-    const { both } = page.scene.draw(page.camera, page.look());
+    const moved = page.camera.version !== page.version;
+    page.version = page.camera.version;
+    const quick = moved && page.slow;
+    const begun = performance.now();
+    const { both } = page.scene.draw(page.camera, { ...page.look(), quick });
+    if (moved && !page.slow && page.scene.drawn >= QUICK_FROM) {
+      page.scene.finish();
+      page.slow = performance.now() - begun > SLOW;
+    }
+    clearTimeout(page.rest);
+    if (quick) page.rest = setTimeout(page.render, RESTS);
     page.both = both;
     page.drawAxes();
     for (const pin of page.pins) page.stick(pin.element, pin.at);

@@ -4,6 +4,10 @@ const ROW = 2048;
 // Ids of mid-surface triangles start here; a part has at most 2^31 triangles.
 const MID_BIAS = 0x80000000;
 const NO_PLANE = [0, 0, 0, 1];
+// While the view moves where frames take long, a mesh of more triangles than this is drawn as if its
+// vertices were those nearest to so many places along each side of its box.
+const QUICK_FROM = 100000;
+const QUICK_PLACES = 96;
 
 // Facts and arrays of a pack; the layout is described where packs are written.
 function unpack(buffer) {
@@ -72,6 +76,7 @@ class Scene {
     corners.set(triangles);
     return {
       count,
+      source: { positions, triangles },
       points: texture(gl, gl.RGBA32F, gl.RGBA, gl.FLOAT, four, 4),
       corners: texture(gl, gl.RGB32UI, gl.RGB_INTEGER, gl.UNSIGNED_INT, corners, 3),
       marks: texture(gl, gl.R8UI, gl.RED_INTEGER, gl.UNSIGNED_BYTE, new Uint8Array(padded(count)), 1),
@@ -81,6 +86,39 @@ class Scene {
   release(mesh) {
     if (!mesh) return;
     for (const each of [mesh.points, mesh.corners, mesh.marks]) this.gl.deleteTexture(each);
+    if (mesh.quick) for (const each of [mesh.quick.corners, mesh.quick.marks]) this.gl.deleteTexture(each);
+  }
+
+  // The mesh with vertices near each other as one: a few ten thousand triangles, drawn while the view moves.
+  quickened(mesh) {
+    if (mesh.count < QUICK_FROM) return mesh;
+    const gl = this.gl;
+    if (!mesh.quick) {
+      const { corners, of } = clustered(mesh.source.positions, mesh.source.triangles);
+      const count = of.length;
+      const filled = new Uint32Array(3 * padded(count));
+      filled.set(corners);
+      mesh.quick = {
+        count,
+        of,
+        points: mesh.points,
+        corners: texture(gl, gl.RGB32UI, gl.RGB_INTEGER, gl.UNSIGNED_INT, filled, 3),
+        marks: texture(gl, gl.R8UI, gl.RED_INTEGER, gl.UNSIGNED_BYTE, new Uint8Array(padded(count)), 1),
+      };
+    }
+    if (mesh.marked) {
+      const marks = new Uint8Array(padded(mesh.quick.count));
+      mesh.quick.of.forEach((triangle, n) => { marks[n] = mesh.marked[triangle]; });
+      gl.bindTexture(gl.TEXTURE_2D, mesh.quick.marks);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ROW, marks.length / ROW, gl.RED_INTEGER, gl.UNSIGNED_BYTE, marks);
+      mesh.marked = null;
+    }
+    return mesh.quick;
+  }
+
+  // Waits for what was drawn.
+  finish() {
+    this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
   }
 
   // Sends the marks of the triangles from `first` to `last` in whole rows. `marks` fills whole rows.
@@ -88,6 +126,7 @@ class Scene {
     const gl = this.gl;
     const top = Math.floor(first / ROW);
     const rows = Math.floor(last / ROW) - top + 1;
+    mesh.marked = marks;
     gl.bindTexture(gl.TEXTURE_2D, mesh.marks);
     const part = marks.subarray(top * ROW, (top + rows) * ROW);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, top, ROW, rows, gl.RED_INTEGER, gl.UNSIGNED_BYTE, part);
@@ -129,7 +168,7 @@ class Scene {
   }
 
   // `look`: part ('solid', 'glass', 'hidden'), mid ('sheets', 'thickness', 'hidden'), lines, wire, plane, range,
-  // standing (a sheet stands out), and colours.
+  // standing (a sheet stands out), quick (as the view moves), and colours.
   draw(camera, look) {
     const gl = this.gl;
     const aspect = this.resize();
@@ -142,16 +181,18 @@ class Scene {
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
     gl.disable(gl.BLEND);
-    if (this.part && look.part === 'solid') this.drawFaces(this.part, 0, matrices, look);
-    if (this.mid && look.mid !== 'hidden') {
-      this.drawFaces(this.mid, look.mid === 'sheets' ? 1 : 2, matrices, look);
+    const [part, mid] = [this.part, this.mid].map((mesh) => (mesh && look.quick ? this.quickened(mesh) : mesh));
+    this.drawn = 0;
+    if (part && look.part === 'solid') this.drawFaces(part, 0, matrices, look);
+    if (mid && look.mid !== 'hidden') {
+      this.drawFaces(mid, look.mid === 'sheets' ? 1 : 2, matrices, look);
     }
     if (this.lines && look.lines && look.mid !== 'hidden') this.drawLines(this.lines, matrices, look, 1e-3, true);
-    if (this.part && look.part === 'glass') {
+    if (part && look.part === 'glass') {
       gl.enable(gl.BLEND);
       gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
       gl.depthMask(false);
-      this.drawFaces(this.part, 0, matrices, look);
+      this.drawFaces(part, 0, matrices, look);
       gl.depthMask(true);
       gl.disable(gl.BLEND);
     }
@@ -186,6 +227,7 @@ class Scene {
     gl.uniform2fv(use.at('range'), look.range || [0, 1]);
     gl.uniform3fv(use.at('tints'), look.colors.tints.flat());
     gl.drawArrays(gl.TRIANGLES, 0, 3 * mesh.count);
+    this.drawn += mesh.count;
   }
 
   drawLines(lines, matrices, look, lift, depth) {
@@ -264,6 +306,44 @@ class Scene {
 }
 
 const padded = (count) => Math.max(1, Math.ceil(count / ROW)) * ROW;
+
+// Triangles between the first vertices of places of a grid, each once, and which triangle each was.
+function clustered(positions, triangles) {
+  const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  for (let n = 0; n < positions.length; n++) {
+    const k = n % 3;
+    if (positions[n] < low[k]) low[k] = positions[n];
+    if (positions[n] > high[k]) high[k] = positions[n];
+  }
+  const step = Math.max(...high.map((h, k) => h - low[k]), 1e-30) / QUICK_PLACES;
+  const first = new Map();
+  const places = new Uint32Array(positions.length / 3);
+  const vertices = [];
+  for (let v = 0; v < places.length; v++) {
+    let key = 0;
+    for (let k = 0; k < 3; k++) key = key * (QUICK_PLACES + 2) + Math.floor((positions[3 * v + k] - low[k]) / step);
+    let place = first.get(key);
+    if (place === undefined) {
+      place = vertices.length;
+      first.set(key, place);
+      vertices.push(v);
+    }
+    places[v] = place;
+  }
+  const seen = new Set();
+  const [corners, of] = [[], []];
+  for (let t = 0; 3 * t < triangles.length; t++) {
+    const [a, b, c] = [0, 1, 2].map((k) => places[triangles[3 * t + k]]);
+    if (a === b || b === c || c === a) continue;
+    const [x, y, z] = [a, b, c].sort((p, q) => p - q);
+    const key = (x * vertices.length + y) * vertices.length + z;
+    if (seen.has(key)) continue;
+    seen.add(key);
+    corners.push(vertices[a], vertices[b], vertices[c]);
+    of.push(t);
+  }
+  return { corners, of };
+}
 
 function texture(gl, inside, format, type, data, channels) {
   const made = gl.createTexture();
