@@ -59,7 +59,11 @@ impl Grid {
                 .collect();
             // Room for vertices between two planes, and rounding that is far
             // below a cell.
-            let roomy = |w: &[f64]| w[1] - w[0] > 0.99 * cell && w[1] - w[0] < 1.01 * cell;
+            let roomy = |w: &[f64]| {
+                let even = w[1] - w[0] > 0.99 * cell && w[1] - w[0] < 1.01 * cell;
+                let apart = numbers.above(axis, w[0]) <= numbers.below(axis, w[1]);
+                even && (apart || !numbers.are_sparse(axis))
+            };
             if !planes[axis].windows(2).all(roomy) {
                 return None;
             }
@@ -102,7 +106,7 @@ impl Grid {
         let numbers = self.numbers;
         let x = numbers.round(axis, x.clamp(low + margin, high - margin));
         if numbers.are_sparse(axis) {
-            // Planes are many of them apart.
+            // Some number lies between two planes: a grid without is none.
             x.clamp(numbers.above(axis, low), numbers.below(axis, high))
         } else {
             x

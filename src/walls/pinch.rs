@@ -80,6 +80,10 @@ impl Walls<'_> {
             if face == coping {
                 break;
             }
+            // Triangles with a repeated corner may lead round and round.
+            if ring.len() > self.neighbours.len() {
+                return None;
+            }
         }
         let is_coping = |t: &(FaceId, usize)| !self.is_way(t.0);
         // The run of the first triangle may have begun before it.

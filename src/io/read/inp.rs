@@ -99,6 +99,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
         }
         let words = text.split(',').map(|word| word.trim().to_owned());
         open.extend(words.filter(|word| !word.is_empty()));
+        // A line of commas holds nothing.
+        if open.is_empty() {
+            continue;
+        }
         let needed = match &section {
             Section::Elements {
                 kind: Some((_, nodes)),

@@ -212,7 +212,7 @@ impl File {
             let tag = |k: usize| if k < tags { row.number(3 + k) } else { Ok(0) };
             let groups = [tag(0)?].into_iter().filter(|&g| g > 0).collect::<Vec<_>>();
             let names = self.names(shape, tag(1)?, &groups);
-            self.element(shape, &row, 3 + tags, names)?;
+            self.element(shape, &row, tags.saturating_add(3), names)?;
         }
         Ok(())
     }
