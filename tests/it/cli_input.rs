@@ -357,3 +357,34 @@ fn messages_are_plain_when_asked() {
     let output = desk.run(&["info", "missing.obj"]);
     assert!(!output.stderr.contains(&0x1b));
 }
+
+/// Lines of commas, counts that wrap, planes of a grid with no number between them.
+#[test]
+fn what_once_panicked_is_answered() {
+    let desk = Desk::new();
+    let [commas, tags] = ["fuzz/commas.inp", "fuzz/tags.msh"].map(fixture);
+    let [commas, tags] = [&commas, &tags].map(|file| file.to_str().unwrap());
+    let far = DVec3::splat(9e6);
+    desk.put("far.obj", obj_text(&cuboid(far, DVec3::splat(100.0))));
+    let offset = [
+        "offset",
+        "far.obj",
+        "--distance",
+        "1",
+        "--cell",
+        "1",
+        "-o",
+        "out.stl",
+    ];
+    let runs: [&[&str]; 3] = [&["info", commas], &["info", tags], &offset];
+    for args in runs {
+        let output = desk.run(args);
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{args:?}: {}",
+            text(&output.stderr)
+        );
+        assert!(!text(&output.stderr).contains("panicked"), "{args:?}");
+    }
+}

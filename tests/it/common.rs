@@ -259,3 +259,32 @@ pub fn fixture_part(name: &str) -> (TriMesh, Vec<bool>) {
         .flags;
     (loaded.mesh, flags)
 }
+
+/// A closed solid of rings of `chords` vertices round z, given by radius, height and turn in
+/// chords: each is joined to the next by twice as many triangles, the last to the first. Rings
+/// that run up outside and down inside face outwards.
+pub fn ringed(rings: &[(f64, f64, f64)], chords: u32) -> TriMesh {
+    let mut mesh = TriMesh::default();
+    for &(radius, height, turn) in rings {
+        for k in 0..chords {
+            let angle = std::f64::consts::TAU * (f64::from(k) + turn) / f64::from(chords);
+            let at = DVec3::new(radius * angle.cos(), radius * angle.sin(), height);
+            mesh.positions.push(at);
+        }
+    }
+    for (ring, &(.., turn)) in (0..).zip(rings) {
+        let next = (ring + 1) % rings.len() as u32;
+        let at = |ring: u32, k: u32| ring * chords + k % chords;
+        for k in 0..chords {
+            let [a, b] = [at(ring, k), at(ring, k + 1)];
+            let [c, d] = [at(next, k), at(next, k + 1)];
+            // The vertex that lies between two of the other ring is their apex.
+            let pair = match turn > rings[next as usize].2 {
+                true => [[a, b, d], [a, d, c]],
+                false => [[a, b, c], [b, d, c]],
+            };
+            mesh.triangles.extend(pair);
+        }
+    }
+    mesh
+}

@@ -7,7 +7,7 @@ use midsurf::coping::detect;
 use midsurf::coping::detect::{Options, Verdict};
 use midsurf::mesh::TriMesh;
 
-use crate::common::{Desk, cuboid, fixture, fixture_part, inverted, join, obj_text, text};
+use crate::common::{Desk, cuboid, fixture, fixture_part, inverted, join, obj_text, ringed, text};
 
 /// Parts made from a drawing: every face is known.
 const GENERATED: [&str; 24] = [
@@ -78,8 +78,7 @@ fn the_end_of_a_flush_tab_is_cut_from_the_wall_in_its_plane() {
 /// chord: its triangles lean to and fro.
 #[test]
 fn the_rim_of_a_hole_of_few_free_triangles_is_coping() {
-    const CHORDS: u32 = 8;
-    // Radius, height, turn in chords.
+    const CHORDS: usize = 8;
     let rings = [
         (12.0, 0.0, 0.0),
         (12.0, 1.5, 0.0),
@@ -87,34 +86,10 @@ fn the_rim_of_a_hole_of_few_free_triangles_is_coping() {
         (3.0, 0.75, 0.5),
         (3.0, 0.0, 0.0),
     ];
-    let mut mesh = TriMesh::default();
-    for (radius, height, turn) in rings {
-        for k in 0..CHORDS {
-            let (sin, cos) =
-                (std::f64::consts::TAU * (f64::from(k) + turn) / f64::from(CHORDS)).sin_cos();
-            mesh.positions
-                .push(DVec3::new(radius * cos, radius * sin, height));
-        }
-    }
-    let mut truth = Vec::new();
-    for ring in 0..rings.len() as u32 {
-        let next = (ring + 1) % rings.len() as u32;
-        let at = |ring: u32, k: u32| ring * CHORDS + k % CHORDS;
-        for k in 0..CHORDS {
-            let [a, b] = [at(ring, k), at(ring, k + 1)];
-            let [c, d] = [at(next, k), at(next, k + 1)];
-            // Towards the ring that is turned on, its vertex lies between two.
-            let pair = if ring == 3 {
-                [[a, b, d], [a, d, c]]
-            } else {
-                [[a, b, c], [b, d, c]]
-            };
-            for t in pair {
-                mesh.triangles.push(t);
-                truth.push(matches!(ring, 0 | 2 | 3));
-            }
-        }
-    }
+    let mesh = ringed(&rings, CHORDS as u32);
+    let truth: Vec<bool> = (0..mesh.triangles.len())
+        .map(|t| matches!(t / (2 * CHORDS), 0 | 2 | 3))
+        .collect();
     assert!(mesh.volume() > 0.0);
     assert_eq!(found(&mesh), truth);
 }

@@ -566,36 +566,3 @@ fn readers_keep_within_the_memory_of_the_process() {
         std::fs::remove_file(desk.path(name)).unwrap();
     }
 }
-
-/// Lines of commas, counts that wrap, planes of a grid with no number between them.
-#[test]
-fn what_once_panicked_is_answered() {
-    let desk = Desk::new();
-    desk.put("commas.inp", "*NODE\n,\n");
-    let msh = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n\
-               $Elements\n1\n1 2 18446744073709551615 0 1 1 2 3\n$EndElements\n";
-    desk.put("tags.msh", msh);
-    let far = DVec3::splat(9e6);
-    desk.put("far.obj", obj_text(&cuboid(far, DVec3::splat(100.0))));
-    let offset = [
-        "offset",
-        "far.obj",
-        "--distance",
-        "1",
-        "--cell",
-        "1",
-        "-o",
-        "out.stl",
-    ];
-    let runs: [&[&str]; 3] = [&["info", "commas.inp"], &["info", "tags.msh"], &offset];
-    for args in runs {
-        let output = desk.run(args);
-        assert_eq!(
-            output.status.code(),
-            Some(2),
-            "{args:?}: {}",
-            text(&output.stderr)
-        );
-        assert!(!text(&output.stderr).contains("panicked"), "{args:?}");
-    }
-}

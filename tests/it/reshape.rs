@@ -4,13 +4,13 @@ use glam::DVec3;
 use midsurf::CellSize;
 use midsurf::extract::{Extraction, Settings, extract};
 use midsurf::internals::field::Field;
-use midsurf::mesh::{Part, PartOptions, TriMesh, self_intersections};
+use midsurf::mesh::{Part, PartOptions, self_intersections};
 use midsurf::reshape::ElementSettings;
 use midsurf::reshape::remesh::Junctions;
 use midsurf::surface::graph::Counts;
 use midsurf::surface::{MidSurface, MidVertex, segments};
 
-use crate::common::fixture_part;
+use crate::common::{fixture_part, ringed};
 
 fn part(name: &str) -> Part {
     let (mesh, coping) = fixture_part(name);
@@ -18,8 +18,12 @@ fn part(name: &str) -> Part {
 }
 
 fn run(part: &Part, size: Option<CellSize>) -> Extraction {
+    made(part, size.map(ElementSettings::of_size))
+}
+
+fn made(part: &Part, elements: Option<ElementSettings>) -> Extraction {
     let settings = Settings {
-        elements: size.map(ElementSettings::of_size),
+        elements,
         ..Settings::default()
     };
     extract(part, &settings, &|_, _, _| ()).unwrap()
@@ -91,11 +95,7 @@ fn curved_walls_are_followed_within_the_sag() {
         sag: CellSize::Thicknesses(0.05),
         ..ElementSettings::of_size(CellSize::Thicknesses(5.0))
     };
-    let settings = Settings {
-        elements: Some(elements),
-        ..Settings::default()
-    };
-    let result = extract(&part, &settings, &|_, _, _| ()).unwrap();
+    let result = made(&part, Some(elements));
     let t = result.surface.vertices()[0].ball.thickness;
     let axis = |p: DVec3| p.truncate().length();
     let radius = axis(result.surface.position(0));
@@ -147,50 +147,18 @@ fn the_bend_of_an_ell_is_a_chain_of_edges() {
 /// A tube whose round walls are triangulated freely, each row turned against the one below, its
 /// ends coping.
 fn tube(radii: [f64; 2], chords: u32, rows: u32, height: f64) -> Part {
-    let mut mesh = TriMesh::default();
-    for radius in radii {
-        for row in 0..=rows {
-            for k in 0..chords {
-                let turn = f64::from(k) + 0.5 * f64::from(row % 2);
-                let (sin, cos) = (std::f64::consts::TAU * turn / f64::from(chords)).sin_cos();
-                let z = height * f64::from(row) / f64::from(rows);
-                mesh.positions
-                    .push(DVec3::new(radius * cos, radius * sin, z));
-            }
-        }
-    }
-    let at = |wall: u32, row: u32, k: u32| (wall * (rows + 1) + row) * chords + k % chords;
-    let mut coping = Vec::new();
-    let mut put = |[a, b, c]: [u32; 3], turned: bool, end: bool| {
-        mesh.triangles
-            .push(if turned { [a, c, b] } else { [a, b, c] });
-        coping.push(end);
+    let ring = |radius: f64, row: u32| {
+        let up = height * f64::from(row) / f64::from(rows);
+        (radius, up, 0.5 * f64::from(row % 2))
     };
-    for wall in 0..2 {
-        for row in 0..rows {
-            for k in 0..chords {
-                let lean = row % 2;
-                let [a, b] = [at(wall, row, k), at(wall, row, k + 1)];
-                let [c, d] = [at(wall, row + 1, k), at(wall, row + 1, k + 1)];
-                let pair = if lean == 0 {
-                    [[a, b, c], [c, b, d]]
-                } else {
-                    [[a, d, c], [a, b, d]]
-                };
-                for t in pair {
-                    put(t, wall == 0, false);
-                }
-            }
-        }
-    }
-    for (row, turned) in [(0, true), (rows, false)] {
-        for k in 0..chords {
-            let [a, b] = [at(0, row, k), at(0, row, k + 1)];
-            let [c, d] = [at(1, row, k), at(1, row, k + 1)];
-            put([a, c, b], turned, true);
-            put([b, c, d], turned, true);
-        }
-    }
+    let outside = (0..=rows).map(|row| ring(radii[1], row));
+    let inside = (0..=rows).rev().map(|row| ring(radii[0], row));
+    let rings: Vec<(f64, f64, f64)> = outside.chain(inside).collect();
+    let mesh = ringed(&rings, chords);
+    // Between the walls.
+    let ends = [rows, 2 * rows + 1];
+    let coping = (0..mesh.triangles.len() as u32).map(|t| ends.contains(&(t / (2 * chords))));
+    let coping = coping.collect();
     Part::new(mesh, coping, PartOptions::default()).unwrap().0
 }
 
@@ -224,11 +192,7 @@ fn straight_junctions_leave_walls_without_any_as_they_are() {
             junctions,
             ..ElementSettings::of_size(CellSize::Thicknesses(2.0))
         };
-        let settings = Settings {
-            elements: Some(elements),
-            ..Settings::default()
-        };
-        extract(&part, &settings, &|_, _, _| ()).unwrap()
+        made(&part, Some(elements))
     };
     let straight = with(Junctions::Straight);
     let field = Field::new(&part);
@@ -284,12 +248,8 @@ fn quads_are_most_elements_and_neither_low_nor_folded() {
             quads: true,
             ..ElementSettings::of_size(CellSize::Thicknesses(2.0))
         };
-        let settings = Settings {
-            elements: Some(elements),
-            ..Settings::default()
-        };
         let part = part(name);
-        let result = extract(&part, &settings, &|_, _, _| ()).unwrap();
+        let result = made(&part, Some(elements));
         let found = result.graph.counts().lone_feet;
         assert!(found <= lone, "{name}: {found} without feet");
         let same = Counts {
@@ -326,11 +286,7 @@ fn flat_walls_get_as_few_elements_as_the_size_asks() {
             quads: true,
             ..ElementSettings::of_size(CellSize::Thicknesses(2.0))
         };
-        let settings = Settings {
-            elements: Some(elements),
-            ..Settings::default()
-        };
-        let result = extract(&part(name), &settings, &|_, _, _| ()).unwrap();
+        let result = made(&part(name), Some(elements));
         let surface = &result.surface;
         let size = 2.0 * surface.vertices()[0].ball.thickness;
         let asked = surface.mesh().area() / (size * size);
@@ -350,11 +306,7 @@ fn where_smaller_elements_fail_the_traced_mesh_stays() {
             junctions,
             ..ElementSettings::of_size(CellSize::Thicknesses(2.0))
         };
-        let settings = Settings {
-            elements: Some(elements),
-            ..Settings::default()
-        };
-        let result = extract(&part, &settings, &|_, _, _| ()).unwrap();
+        let result = made(&part, Some(elements));
         assert_eq!(self_intersections(&result.surface.mesh()), []);
         let count = result.surface.triangles().len();
         let raw = run(&part, None).surface.triangles().len();

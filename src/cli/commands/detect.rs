@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let start = Instant::now();
     let (loaded, warnings) = args.reading.with(Some(&args.select)).load(&args.part)?;
     if !args.run.quiet {
-        print_warnings(&warnings);
+        progress.aside(|| print_warnings(&warnings));
     }
     progress.show("detecting", 0, 0);
     let options = Options {

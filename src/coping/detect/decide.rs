@@ -103,6 +103,26 @@ enum Label {
     Wall,
 }
 
+/// What a face runs on into.
+#[derive(Clone, Copy)]
+struct Run {
+    /// Length of its border, and of that along such faces.
+    border: f64,
+    along: f64,
+    /// Area of the largest of them.
+    largest: f64,
+}
+
+impl Default for Run {
+    fn default() -> Run {
+        Run {
+            border: 0.0,
+            along: 0.0,
+            largest: f64::NEG_INFINITY,
+        }
+    }
+}
+
 struct Judge<'a> {
     measures: &'a Measures,
     relations: &'a Relations,
@@ -199,22 +219,9 @@ impl Judge<'_> {
     /// A convex round that runs smoothly into a wall is no coping: a sheet
     /// fades in a full round, and needs no flat end there.
     fn drop_running_rounds(&mut self, surface: &Surface, faces: &Faces) {
-        let mut border = vec![0.0; faces.len()];
-        let mut into_walls = vec![0.0; faces.len()];
-        for edge in &surface.edges {
-            let [a, b] = edge.faces.map(|t| faces.of(t));
-            if a == b {
-                continue;
-            }
-            for (face, other) in [(a, b), (b, a)] {
-                border[face] += edge.length;
-                if edge.angle() < CREASE && self.labels[other] == Label::Wall {
-                    into_walls[face] += edge.length;
-                }
-            }
-        }
-        for face in 0..faces.len() {
-            if faces.kinds[face] == Kind::Round && into_walls[face] > RUNS_IN * border[face] {
+        let runs = self.runs_into(surface, faces, CREASE, Label::Wall);
+        for (face, run) in runs.iter().enumerate() {
+            if faces.kinds[face] == Kind::Round && run.along > RUNS_IN * run.border {
                 self.labels[face] = Label::Wall;
             }
         }
@@ -224,33 +231,37 @@ impl Judge<'_> {
     /// freely, each is a face of its own, and chords across it see but its
     /// neighbours.
     fn fill(&mut self, surface: &Surface, faces: &Faces) {
-        let mut border = vec![0.0; faces.len()];
-        let mut beside: Vec<Vec<(usize, f64)>> = vec![Vec::new(); faces.len()];
+        let runs = self.runs_into(surface, faces, CHORDS, Label::Coping);
+        for (face, run) in runs.iter().enumerate() {
+            if self.labels[face] == Label::Wall
+                && faces.kinds[face] == Kind::Flat
+                && run.largest >= self.measures.area[face]
+                && run.along >= ENCLOSED * run.border
+            {
+                self.labels[face] = Label::Coping;
+            }
+        }
+    }
+
+    /// How each face runs on into faces of a label, across edges that turn by less than
+    /// `turn` degrees.
+    fn runs_into(&self, surface: &Surface, faces: &Faces, turn: f64, label: Label) -> Vec<Run> {
+        let mut runs = vec![Run::default(); faces.len()];
         for edge in &surface.edges {
             let [a, b] = edge.faces.map(|t| faces.of(t));
             if a == b {
                 continue;
             }
             for (face, other) in [(a, b), (b, a)] {
-                border[face] += edge.length;
-                if edge.angle() < CHORDS && self.labels[other] == Label::Coping {
-                    beside[face].push((other, edge.length));
+                let run = &mut runs[face];
+                run.border += edge.length;
+                if edge.angle() < turn && self.labels[other] == label {
+                    run.along += edge.length;
+                    run.largest = run.largest.max(self.measures.area[other]);
                 }
             }
         }
-        let area = |face: usize| self.measures.area[face];
-        let is_among = |face: &usize| {
-            let along: f64 = beside[*face].iter().map(|b| b.1).sum();
-            let larger = beside[*face].iter().any(|b| area(b.0) >= area(*face));
-            self.labels[*face] == Label::Wall
-                && faces.kinds[*face] == Kind::Flat
-                && larger
-                && along >= ENCLOSED * border[*face]
-        };
-        let among: Vec<usize> = (0..faces.len()).filter(is_among).collect();
-        for face in among {
-            self.labels[face] = Label::Coping;
-        }
+        runs
     }
 
     /// What is much thicker than the part's thin walls, and hardly wider than

@@ -189,8 +189,10 @@ impl<'a> Remesher<'a> {
             complex.pin(v);
         }
         let left: Vec<bool> = (mesh.vertices.iter()).map(|v| kept.is_left(v.at)).collect();
-        for v in (0..).zip(&left).filter(|(_, left)| **left).map(|(v, _)| v) {
-            complex.pin(v);
+        for (v, left) in (0..).zip(&left) {
+            if *left {
+                complex.pin(v);
+            }
         }
         let lines = Lines::new(&complex, &mesh.vertices);
         let sizes = |wanted: &Wanted| sizes(&complex, &mesh.vertices, &lines, ground, wanted, kept);

@@ -81,6 +81,37 @@ struct Patches {
     count: u32,
 }
 
+impl Patches {
+    /// For each corner the nearest of those that begin with a distance, along edges; none
+    /// where all are `reach` away or farther.
+    fn nearest(&self, begin: &[Option<f64>], reach: f64) -> Vec<Option<u32>> {
+        let mut nearest = vec![None; begin.len()];
+        let mut distance = vec![reach; begin.len()];
+        let mut queue: BinaryHeap<(Reverse<u64>, Reverse<u32>)> = BinaryHeap::new();
+        for (n, begin) in (0..).zip(begin) {
+            if let Some(begin) = *begin {
+                nearest[n as usize] = Some(n);
+                distance[n as usize] = begin;
+                queue.push((Reverse(begin.to_bits()), Reverse(n)));
+            }
+        }
+        while let Some((Reverse(bits), Reverse(n))) = queue.pop() {
+            let here = f64::from_bits(bits);
+            if here > distance[n as usize] {
+                continue;
+            }
+            for &(m, way) in &self.beside[n as usize] {
+                if here + way < distance[m as usize] {
+                    distance[m as usize] = here + way;
+                    nearest[m as usize] = nearest[n as usize];
+                    queue.push((Reverse((here + way).to_bits()), Reverse(m)));
+                }
+            }
+        }
+        nearest
+    }
+}
+
 impl Remesher<'_> {
     /// Moves disturbed vertices onto the mid-surfaces of their walls, the rest of
     /// the mesh giving way.
@@ -229,35 +260,22 @@ impl Remesher<'_> {
                 if matches!(class.mark, None | Some(Line::CopingBorder)) {
                     continue;
                 }
-                for v in [a, b] {
-                    let vertex = &self.vertices[v as usize];
-                    radius[v as usize] = walls.field().footpoint(vertex.at).distance;
+                for v in [a, b].map(|v| v as usize) {
+                    if radius[v] == 0.0 {
+                        radius[v] = walls.field().footpoint(self.vertices[v].at).distance;
+                    }
                 }
             }
         }
-        // What of the reach is left, the most first.
-        let mut left: Vec<f64> = patches
-            .corners
-            .iter()
-            .map(|c| REACH * radius[c.1 as usize])
-            .collect();
-        let mut queue: BinaryHeap<(u64, Reverse<u32>)> = (left.iter().zip(0..))
-            .filter(|(left, _)| **left > 0.0)
-            .map(|(left, n)| (left.to_bits(), Reverse(n)))
-            .collect();
-        while let Some((bits, Reverse(n))) = queue.pop() {
-            let here = f64::from_bits(bits);
-            if here < left[n as usize] {
-                continue;
-            }
-            for &(m, way) in &patches.beside[n as usize] {
-                if here - way > left[m as usize] {
-                    left[m as usize] = here - way;
-                    queue.push(((here - way).to_bits(), Reverse(m)));
-                }
-            }
-        }
-        left.into_iter().map(|left| left > 0.0).collect()
+        // The widest first, the others as if they were farther.
+        let most = REACH * radius.iter().copied().fold(0.0, f64::max);
+        let begin = |&(_, v): &Corner| {
+            let radius = radius[v as usize];
+            (radius > 0.0).then_some(most - REACH * radius)
+        };
+        let begin: Vec<Option<f64>> = patches.corners.iter().map(begin).collect();
+        let found = patches.nearest(&begin, most);
+        found.iter().map(Option::is_some).collect()
     }
 
     /// For each corner of a patch that is disturbed, the plane of the nearest
@@ -279,40 +297,26 @@ impl Remesher<'_> {
                 all.get(all.len() * 9 / 10).copied().unwrap_or(180.0)
             })
             .collect();
-        let mut supports: Vec<Option<Support>> = vec![None; patches.corners.len()];
-        let mut distance = vec![f64::INFINITY; patches.corners.len()];
-        let mut queue: BinaryHeap<(Reverse<u64>, Reverse<u32>)> = BinaryHeap::new();
-        for (n, (&(patch, v), found)) in patches.corners.iter().zip(&open).enumerate() {
-            if let Some((angle, thickness, normal)) = *found
-                && (angle >= usual[patch as usize] - PLAIN || !disturbed[n])
-            {
-                let through = self.complex.at(v);
-                let own = true;
-                supports[n] = Some(Support {
-                    normal,
-                    through,
-                    thickness,
-                    own,
-                });
-                distance[n] = 0.0;
-                queue.push((Reverse(0), Reverse(n as u32)));
-            }
-        }
-        while let Some((Reverse(bits), Reverse(n))) = queue.pop() {
-            let here = f64::from_bits(bits);
-            if here > distance[n as usize] {
-                continue;
-            }
-            for &(m, way) in &patches.beside[n as usize] {
-                if here + way < distance[m as usize] {
-                    distance[m as usize] = here + way;
-                    let carried = supports[n as usize];
-                    supports[m as usize] = carried.map(|s| Support { own: false, ..s });
-                    queue.push((Reverse((here + way).to_bits()), Reverse(m)));
-                }
-            }
-        }
-        supports
+        let own = |n: usize| {
+            let (patch, v) = patches.corners[n];
+            let (angle, thickness, normal) = open[n]?;
+            let plain = angle >= usual[patch as usize] - PLAIN || !disturbed[n];
+            plain.then(|| Support {
+                normal,
+                through: self.complex.at(v),
+                thickness,
+                own: true,
+            })
+        };
+        let own: Vec<Option<Support>> = (0..patches.corners.len()).map(own).collect();
+        let begin: Vec<Option<f64>> = own.iter().map(|s| s.map(|_| 0.0)).collect();
+        let nearest = patches.nearest(&begin, f64::INFINITY);
+        let carried = |(n, from): (usize, Option<u32>)| {
+            let from = from? as usize;
+            let own_here = from == n;
+            own[from].map(|s| Support { own: own_here, ..s })
+        };
+        nearest.into_iter().enumerate().map(carried).collect()
     }
 
     /// Vertices of fading borders at the ends of ribs, with the coping face

@@ -71,13 +71,21 @@ class Scene {
       four[4 * n + 2] = positions[3 * n + 2];
       if (values) four[4 * n + 3] = values[n];
     }
+    return {
+      source: { positions, triangles },
+      points: texture(gl, gl.RGBA32F, gl.RGBA, gl.FLOAT, four, 4),
+      ...this.faced(triangles),
+    };
+  }
+
+  // Corners of triangles, and marks that are not set yet.
+  faced(triangles) {
+    const gl = this.gl;
     const count = triangles.length / 3;
     const corners = new Uint32Array(3 * padded(count));
     corners.set(triangles);
     return {
       count,
-      source: { positions, triangles },
-      points: texture(gl, gl.RGBA32F, gl.RGBA, gl.FLOAT, four, 4),
       corners: texture(gl, gl.RGB32UI, gl.RGB_INTEGER, gl.UNSIGNED_INT, corners, 3),
       marks: texture(gl, gl.R8UI, gl.RED_INTEGER, gl.UNSIGNED_BYTE, new Uint8Array(padded(count)), 1),
     };
@@ -92,25 +100,14 @@ class Scene {
   // The mesh with vertices near each other as one: a few ten thousand triangles, drawn while the view moves.
   quickened(mesh) {
     if (mesh.count < QUICK_FROM) return mesh;
-    const gl = this.gl;
     if (!mesh.quick) {
       const { corners, of } = clustered(mesh.source.positions, mesh.source.triangles);
-      const count = of.length;
-      const filled = new Uint32Array(3 * padded(count));
-      filled.set(corners);
-      mesh.quick = {
-        count,
-        of,
-        points: mesh.points,
-        corners: texture(gl, gl.RGB32UI, gl.RGB_INTEGER, gl.UNSIGNED_INT, filled, 3),
-        marks: texture(gl, gl.R8UI, gl.RED_INTEGER, gl.UNSIGNED_BYTE, new Uint8Array(padded(count)), 1),
-      };
+      mesh.quick = { points: mesh.points, of, ...this.faced(corners) };
     }
     if (mesh.marked) {
       const marks = new Uint8Array(padded(mesh.quick.count));
       mesh.quick.of.forEach((triangle, n) => { marks[n] = mesh.marked[triangle]; });
-      gl.bindTexture(gl.TEXTURE_2D, mesh.quick.marks);
-      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ROW, marks.length / ROW, gl.RED_INTEGER, gl.UNSIGNED_BYTE, marks);
+      this.mark(mesh.quick, marks);
       mesh.marked = null;
     }
     return mesh.quick;

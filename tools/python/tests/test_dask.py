@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import midsurf
@@ -71,24 +71,24 @@ def test_what_is_done_is_not_done_again(client: Client, parts: Path, tmp_path: P
     assert all(row.cell < other.cell for row, other in zip(finer, first))
 
 
+def kill_one_at_work(client: Client, killed: list[int], begun: Callable[[], bool] = lambda: True) -> None:
+    """Kills a worker that has something in hand, once something else has begun to be there."""
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline and not killed:
+        for address, keys in client.processing().items():
+            info = client.scheduler_info(n_workers=-1)["workers"].get(address)
+            if keys and info and begun():
+                pid = client.run(os.getpid, workers=[address])[address]
+                os.kill(pid, signal.SIGKILL)
+                killed.append(pid)
+                return
+        time.sleep(0.01)
+
+
 def test_a_killed_worker_takes_no_part_with_it(client: Client, parts: Path, tmp_path: Path) -> None:
     out = tmp_path / "mids"
     killed: list[int] = []
-
-    def kill() -> None:
-        """Kills a worker once it has begun."""
-        deadline = time.monotonic() + 60.0
-        while time.monotonic() < deadline and not killed:
-            for address, keys in client.processing().items():
-                info = client.scheduler_info(n_workers=-1)["workers"].get(address)
-                if keys and info and any(out.glob("*.vtu")):
-                    pid = client.run(os.getpid, workers=[address])[address]
-                    os.kill(pid, signal.SIGKILL)
-                    killed.append(pid)
-                    return
-            time.sleep(0.01)
-
-    killer = threading.Thread(target=kill)
+    killer = threading.Thread(target=kill_one_at_work, args=(client, killed, lambda: any(out.glob("*.vtu"))))
     killer.start()
     table = midsurf.dask.extract_many(parts, client, out=out, cell="0.5t", progress=False)
     killer.join()
@@ -126,18 +126,8 @@ def test_a_killed_worker_takes_no_piece_with_it(client: Client, parts: Path, tmp
     killed: list[int] = []
 
     def kill(stage: str, done: int, of: int) -> None:
-        """Kills a worker that has a piece in hand, once another piece is done."""
-        if stage != "shards" or killed or done == of:
-            return
-        deadline = time.monotonic() + 60.0
-        while time.monotonic() < deadline and not killed:
-            for address, keys in client.processing().items():
-                if keys:
-                    pid = client.run(os.getpid, workers=[address])[address]
-                    os.kill(pid, signal.SIGKILL)
-                    killed.append(pid)
-                    return
-            time.sleep(0.01)
+        if stage == "shards" and done < of:
+            kill_one_at_work(client, killed)
 
     mid = midsurf.dask.extract(file, client, shards=6, coping=coping, cell="0.4t", progress=kill)
     assert killed
