@@ -7,6 +7,8 @@
 //!
 //! - Every answer is that of a brute-force search over all triangles, bit for
 //!   bit: it depends neither on the tree nor on the warm start.
+//! - A wall point that is reached from inside only through coping, across a gap,
+//!   is no footpoint; see `screens`.
 //! - On a tie of the computed distance the lowest [`FaceId`] wins.
 //! - Triangles without area take no part (their points lie on the edges of
 //!   their neighbours); [`Field::degenerate_faces`] counts them.
@@ -32,6 +34,7 @@ mod hits;
 mod missing;
 mod nearest;
 mod ray;
+mod screens;
 mod sign;
 #[cfg(test)]
 mod tests;
@@ -43,7 +46,8 @@ use glam::DVec3;
 
 use crate::mesh::{FaceId, Part, TriMesh};
 use frame::Frame;
-use nearest::Best;
+use nearest::{Best, Open};
+use screens::{Screened, Screens};
 use sign::Sign;
 use tree::Tree;
 use triangle::Triangle;
@@ -91,6 +95,7 @@ pub struct Field {
     frame: Frame,
     bounds: (DVec3, DVec3),
     sign: Sign,
+    screens: Screens,
 }
 
 impl Field {
@@ -153,13 +158,9 @@ impl Field {
         for (slot, triangle) in triangles.iter().enumerate() {
             slots[triangle.face.index()] = slot as u32;
         }
-        let sign = Sign::new(
-            &triangles,
-            in_trees,
-            &indices,
-            [&wall_tree, &coping_tree],
-            frame,
-        );
+        let trees = [&wall_tree, &coping_tree];
+        let sign = Sign::new(&triangles, in_trees, &indices, trees, frame);
+        let screens = Screens::new(&triangles, trees, frame);
         Field {
             triangles,
             slots,
@@ -171,6 +172,7 @@ impl Field {
             frame,
             bounds,
             sign,
+            screens,
         }
     }
 
@@ -192,7 +194,7 @@ impl Field {
     /// Without any wall triangle: face 0, a point that is not a number, at an
     /// infinite distance.
     pub fn footpoint(&self, p: DVec3) -> Footpoint {
-        self.finish_wall(p, self.search(&self.wall_tree, p, Best::none()))
+        self.finish_wall(p, self.search_walls(p, Best::none()))
     }
 
     /// The same answer as [`footpoint`](Field::footpoint), bit for bit, found
@@ -200,11 +202,7 @@ impl Field {
     ///
     /// A hint that is not a wall face is ignored.
     pub fn footpoint_near(&self, p: DVec3, hint: FaceId) -> Footpoint {
-        let mut best = Best::none();
-        if let Some(slot) = self.wall_slot(hint) {
-            best.offer(&self.triangles, slot, p);
-        }
-        self.finish_wall(p, self.search(&self.wall_tree, p, best))
+        self.finish_wall(p, self.search_walls(p, self.hinted(p, hint)))
     }
 
     /// The same as [`footpoint_near`](Field::footpoint_near), and whether `p`
@@ -218,11 +216,7 @@ impl Field {
         hint: FaceId,
         sided_from: f64,
     ) -> (Footpoint, Option<bool>) {
-        let mut best = Best::none();
-        if let Some(slot) = self.wall_slot(hint) {
-            best.offer(&self.triangles, slot, p);
-        }
-        let best = self.search(&self.wall_tree, p, best);
+        let best = self.search_walls(p, self.hinted(p, hint));
         let behind = best
             .found
             .and_then(|(slot, closest)| self.sign.behind(&self.triangles, slot, &closest));
@@ -290,7 +284,7 @@ impl Field {
             let triangle = &self.triangles[slot];
             let closest = triangle.closest(p);
             let distance = closest.square.sqrt();
-            if distance <= radius {
+            if distance <= radius && !self.screens.hide(&self.triangles, slot, p, closest.point) {
                 out.push(Footpoint {
                     face: triangle.face,
                     point: closest.point,
@@ -307,7 +301,7 @@ impl Field {
         if max_distance.is_nan() {
             return None;
         }
-        let best = self.search(&self.coping_tree, p, Best::within(max_distance));
+        let best = self.search_coping(p, Best::within(max_distance));
         best.found.map(|(slot, closest)| Footpoint {
             face: self.triangles[slot].face,
             point: closest.point,
@@ -343,8 +337,8 @@ impl Field {
     /// Distance to the nearest triangle of any kind: positive inside,
     /// negative outside.
     pub fn signed_clearance(&self, p: DVec3) -> f64 {
-        let best = self.search(&self.wall_tree, p, Best::none());
-        self.sign_of(p, self.search(&self.coping_tree, p, best))
+        let best = self.search_walls(p, Best::none());
+        self.sign_of(p, self.search_coping(p, best))
     }
 
     /// The distance of the best triangle of any kind, negative outside.
@@ -364,12 +358,8 @@ impl Field {
     /// [`signed_clearance`](Field::signed_clearance) in one, with one search of
     /// the walls.
     pub fn cleared_footpoint_near(&self, p: DVec3, hint: FaceId) -> (Footpoint, f64) {
-        let mut best = Best::none();
-        if let Some(slot) = self.wall_slot(hint) {
-            best.offer(&self.triangles, slot, p);
-        }
-        let wall = self.search(&self.wall_tree, p, best);
-        let clearance = self.sign_of(p, self.search(&self.coping_tree, p, wall));
+        let wall = self.search_walls(p, self.hinted(p, hint));
+        let clearance = self.sign_of(p, self.search_coping(p, wall));
         (self.finish_wall(p, wall), clearance)
     }
 
@@ -451,8 +441,40 @@ impl Field {
         wall.then_some(slot)
     }
 
-    fn search(&self, tree: &Tree, p: DVec3, best: Best) -> Best {
-        nearest::search(tree, &self.triangles, self.frame, p, best)
+    /// The wall triangle of a hint as the best so far.
+    fn hinted(&self, p: DVec3, hint: FaceId) -> Best {
+        let mut best = Best::none();
+        if let Some(slot) = self.wall_slot(hint) {
+            let hides = |point| self.screens.hide(&self.triangles, slot, p, point);
+            best.offer_unless(&self.triangles, slot, p, hides);
+        }
+        best
+    }
+
+    fn search_walls(&self, p: DVec3, best: Best) -> Best {
+        let screened = Screened {
+            screens: &self.screens,
+            triangles: &self.triangles,
+        };
+        nearest::search(
+            &self.wall_tree,
+            &self.triangles,
+            self.frame,
+            p,
+            best,
+            &screened,
+        )
+    }
+
+    fn search_coping(&self, p: DVec3, best: Best) -> Best {
+        nearest::search(
+            &self.coping_tree,
+            &self.triangles,
+            self.frame,
+            p,
+            best,
+            &Open,
+        )
     }
 
     fn finish_wall(&self, p: DVec3, best: Best) -> Footpoint {

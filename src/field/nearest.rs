@@ -5,6 +5,8 @@
 //! f64, by the same code as a brute-force search, so the answer is the same bit
 //! for bit. As a rule one to three triangles a query are left.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec4};
 
 use super::FaceId;
@@ -43,12 +45,25 @@ impl Best {
 
     #[inline]
     pub fn offer(&mut self, triangles: &[Triangle], slot: usize, p: DVec3) {
+        self.offer_unless(triangles, slot, p, |_| false);
+    }
+
+    /// The same but for a closest point that is hidden.
+    #[inline]
+    pub fn offer_unless(
+        &mut self,
+        triangles: &[Triangle],
+        slot: usize,
+        p: DVec3,
+        is_hidden: impl FnOnce(DVec3) -> bool,
+    ) {
         let triangle = &triangles[slot];
         let closest = triangle.closest(p);
         if closest.square <= self.square_limit {
             let distance = closest.square.sqrt();
-            if distance < self.distance || (distance == self.distance && triangle.face < self.face)
-            {
+            let better = distance < self.distance
+                || (distance == self.distance && triangle.face < self.face);
+            if better && !is_hidden(closest.point) {
                 *self = Best {
                     distance,
                     square_limit: closest.square * (1.0 + 1e-15),
@@ -60,17 +75,42 @@ impl Best {
     }
 }
 
-/// Offers to `best` every triangle of the tree that may beat it.
+/// Triangles that do not count for some points.
+pub(super) trait Hiding {
+    /// Whether one of these slots may be hidden from some point.
+    fn may_hide(&self, slots: Range<usize>) -> bool;
+
+    /// Whether a point of the triangle in a slot is hidden from `p`.
+    fn hides(&self, slot: usize, p: DVec3, point: DVec3) -> bool;
+}
+
+/// Nothing is hidden.
+pub(super) struct Open;
+
+impl Hiding for Open {
+    #[inline]
+    fn may_hide(&self, _: Range<usize>) -> bool {
+        false
+    }
+
+    #[inline]
+    fn hides(&self, _: usize, _: DVec3, _: DVec3) -> bool {
+        false
+    }
+}
+
+/// Offers to `best` every triangle of the tree that may beat it and is not hidden.
 pub(super) fn search(
     tree: &Tree,
     triangles: &[Triangle],
     frame: Frame,
     p: DVec3,
     mut best: Best,
+    hiding: &impl Hiding,
 ) -> Best {
     let Some(query) = Query::new(frame, p) else {
         for slot in tree.slots() {
-            best.offer(triangles, slot, p);
+            best.offer_unless(triangles, slot, p, |point| hiding.hides(slot, p, point));
         }
         return best;
     };
@@ -80,6 +120,16 @@ pub(super) fn search(
     tree.descend(&query, limit, |leaf, squares| {
         let mut near = lanes_within(leaf, squares, limit);
         if near == 0 {
+            return limit;
+        }
+        if hiding.may_hide(tree.leaf_slots(leaf)) {
+            // A hidden one bounds nothing: they are measured at once.
+            while near != 0 {
+                let slot = tree.leaf_slots(leaf).start + near.trailing_zeros() as usize;
+                near &= near - 1;
+                best.offer_unless(triangles, slot, p, |point| hiding.hides(slot, p, point));
+            }
+            limit = limit.min(query.limit(best.distance));
             return limit;
         }
         let nearest = squares.min_element();

@@ -66,7 +66,7 @@ impl Topology {
 }
 
 /// Bits of a position; negative zero counts as zero.
-fn position_key(p: DVec3) -> [u64; 3] {
+pub(super) fn position_key(p: DVec3) -> [u64; 3] {
     [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits())
 }
 

@@ -90,6 +90,29 @@ fn a_border_may_run_along_the_edges_of_its_facets() {
     }
 }
 
+/// The flanges of a folded box end before each other, 0.3 apart at a thickness of 2; and a
+/// rib over two plates ends before the thinner one. Neither wall is the other's footpoint.
+#[test]
+fn across_a_gap_no_wall_is_a_footpoint() {
+    for (name, sheets, seams, borders, area) in
+        [("folded", 1, 0, 1, 4756.7), ("plates_rib", 2, 1, 1, 3969.8)]
+    {
+        let part = at_rest(name);
+        for cell in [0.5, 1.0, 2.1] {
+            let e = run(&part, CellSize::Thicknesses(cell));
+            let what = format!("{name}, cell {cell} t");
+            check(&part, &e, &what);
+            let found = (e.surface.sheet_count(), e.surface.seams().len());
+            assert_eq!(found, (sheets, seams), "{what}");
+            let pieces = e.graph.counts().boundary_components;
+            assert_eq!(pieces, borders, "{what}");
+            assert_eq!(e.work.counts.lost, 0, "{what}");
+            let found = e.surface.mesh().area();
+            assert!((found / area - 1.0).abs() < 1e-3, "{what}: area {found}");
+        }
+    }
+}
+
 /// One cell size at which a sheet went on outside the part.
 #[test]
 fn nothing_outside_the_part_is_followed() {

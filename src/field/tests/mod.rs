@@ -15,9 +15,16 @@ fn faces(field: &Field, coping: bool) -> impl Iterator<Item = FaceId> {
         .filter(move |&f| field.is_coping(f) == coping && field.normal(f) != DVec3::ZERO)
 }
 
+/// Whether a wall point lies beyond coping. Which coping is asked is not in question here.
+fn is_hidden(field: &Field, p: DVec3, foot: &Footpoint) -> bool {
+    let slot = field.slots[foot.face.index()] as usize;
+    !field.is_coping(foot.face) && field.screens.hide(&field.triangles, slot, p, foot.point)
+}
+
 fn nearest(field: &Field, p: DVec3, coping: bool) -> Option<Footpoint> {
     faces(field, coping)
         .map(|f| field.footpoint_on(p, f))
+        .filter(|f| !is_hidden(field, p, f))
         .min_by(|a, b| a.distance.total_cmp(&b.distance).then(a.face.cmp(&b.face)))
 }
 
@@ -69,7 +76,7 @@ fn check_point(field: &Field, p: DVec3) {
         field.footpoints_within(p, radius, &mut found);
         let all: Vec<_> = faces(field, false)
             .map(|f| field.footpoint_on(p, f))
-            .filter(|f| f.distance <= radius)
+            .filter(|f| f.distance <= radius && !is_hidden(field, p, f))
             .collect();
         assert_eq!(found, all, "within {radius} of {p:?}");
     }
@@ -477,5 +484,33 @@ proptest! {
                 check_point(&field, p);
             }
         }
+    }
+}
+
+/// A plate that ends 0.3 before another: behind its end, coping, the other is no footpoint;
+/// in the gap, and from within itself, it is.
+#[test]
+fn walls_beyond_a_gap_are_hidden() {
+    let plate = cuboid(2.0, 2.0, 10.0);
+    let mut both = plate.clone();
+    let beyond = cuboid(8.0, 8.0, 1.0).map(|p| p + DVec3::new(-3.0, -3.0, 10.3));
+    let first = both.points.len() as u32;
+    both.points.extend(&beyond.points);
+    for t in &beyond.triangles {
+        both.push(t.map(|v| v + first), false);
+    }
+    let field = both.field();
+    let mut near = Vec::new();
+    for z in [9.9, 9.99, 10.0] {
+        let p = DVec3::new(1.0, 0.9, z);
+        check_point(&field, p);
+        assert_eq!(field.footpoint(p).distance, 0.9, "{z}");
+        field.footpoints_within(p, 1.0, &mut near);
+        assert!(near.iter().all(|f| f.point.z <= 10.0), "{z}");
+        assert!(!field.inside(p) || z < 10.0);
+    }
+    for (z, distance) in [(10.1, 0.2), (10.5, 0.2), (10.9, 0.4)] {
+        let foot = field.footpoint(DVec3::new(1.0, 0.9, z));
+        assert!((foot.distance - distance).abs() < 1e-12, "{z}: {foot:?}");
     }
 }
