@@ -28,6 +28,7 @@
 //!   measured in f64.
 
 mod along;
+mod before;
 mod block;
 mod frame;
 mod hits;
@@ -46,7 +47,7 @@ use glam::DVec3;
 
 use crate::mesh::{FaceId, Part, TriMesh};
 use frame::Frame;
-use nearest::{Best, Open};
+use nearest::{Best, Hiding, Open};
 use screens::{Screened, Screens};
 use sign::Sign;
 use tree::Tree;
@@ -280,11 +281,12 @@ impl Field {
         if radius.is_nan() || radius < 0.0 {
             return;
         }
+        let screened = self.screened();
         nearest::each_near(&self.wall_tree, self.frame, p, radius, |slot| {
             let triangle = &self.triangles[slot];
             let closest = triangle.closest(p);
             let distance = closest.square.sqrt();
-            if distance <= radius && !self.screens.hide(&self.triangles, slot, p, closest.point) {
+            if distance <= radius && !screened.hides(slot, p, closest.point) {
                 out.push(Footpoint {
                     face: triangle.face,
                     point: closest.point,
@@ -445,24 +447,30 @@ impl Field {
     fn hinted(&self, p: DVec3, hint: FaceId) -> Best {
         let mut best = Best::none();
         if let Some(slot) = self.wall_slot(hint) {
-            let hides = |point| self.screens.hide(&self.triangles, slot, p, point);
+            let hides = |point| self.screened().hides(slot, p, point);
             best.offer_unless(&self.triangles, slot, p, hides);
         }
         best
     }
 
-    fn search_walls(&self, p: DVec3, best: Best) -> Best {
-        let screened = Screened {
+    fn screened(&self) -> Screened<'_> {
+        Screened {
             screens: &self.screens,
             triangles: &self.triangles,
-        };
+            coping_tree: &self.coping_tree,
+            frame: self.frame,
+        }
+    }
+
+    fn search_walls(&self, p: DVec3, best: Best) -> Best {
+        let screened = &self.screened();
         nearest::search(
             &self.wall_tree,
             &self.triangles,
             self.frame,
             p,
             best,
-            &screened,
+            screened,
         )
     }
 

@@ -7,41 +7,37 @@
 //! folded box, a rib that stops short of a wall. The paper's parts have no such gaps.
 //! Here a wall point that the segment to it leaves the part for is passed over.
 //!
-//! Few walls lie so close before coping. They are found once, with the coping that
-//! may hide them; only they are held against it, and a part without any is searched
-//! as if there were no such thing.
+//! Few walls lie so near before coping. They are found once (see `before`); only they
+//! are held against the coping between, and a part without any is searched as if
+//! there were no such thing.
 
 use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use rustc_hash::{FxHashMap, FxHashSet};
-use smallvec::SmallVec;
 
+use super::before::Before;
 use super::frame::Frame;
-use super::nearest::{self, Best, Hiding};
-use super::topology::position_key;
+use super::nearest::{self, Hiding};
 use super::tree::Tree;
 use super::triangle::Triangle;
 
-/// In tree units: what is before a triangle or behind it by less lies on it, and what
-/// passes it by less goes through it. Walks decide by ties, which are less.
-const NEAR: f64 = 1e-6;
+/// In tree units: what is before a triangle or behind it by less lies on it. Walks
+/// decide by ties, which are less.
+pub(super) const NEAR: f64 = 1e-6;
 
-/// Coping triangles are halved so often at most, to be looked at piece by piece.
-const HALVINGS: u32 = 12;
-
-/// Cosine of the angle between normals of coping within which it is of one end.
+/// Cosine of the angle between normals of coping within which facets are of one end.
+/// Facets of a rim lean to and fro: one before the border of another hides nothing.
 const SAME_END: f64 = 0.1;
+
+/// Coping triangles that one task looks at.
+const CHUNK: usize = 256;
 
 /// The wall triangles that coping may hide.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Screens {
-    /// Coping triangles, by slot, before each such wall triangle.
-    before: FxHashMap<u32, Vec<u32>>,
     /// By slot of the wall tree; empty if there are none.
     is_hidden: Vec<bool>,
-    near: f64,
 }
 
 impl Screens {
@@ -51,74 +47,75 @@ impl Screens {
         [wall_tree, coping_tree]: [&Tree; 2],
         frame: Frame,
     ) -> Screens {
-        let near = NEAR / frame.scale;
-        if wall_tree.slots().is_empty() {
-            return Screens::default();
+        let mut screens = Screens::default();
+        if wall_tree.slots().is_empty() || coping_tree.slots().is_empty() {
+            return screens;
         }
-        let corners = Corners::new(triangles, coping_tree.slots());
-        let pairs: Vec<(u32, u32)> = coping_tree
-            .slots()
-            .into_par_iter()
-            .flat_map_iter(|coping| {
-                let search = Search {
-                    triangles,
-                    wall_tree,
-                    frame,
-                    coping: &triangles[coping],
-                    normal: triangles[coping].normal(),
-                    near,
-                };
-                let (mut walls, reach) = search.walls_before();
-                if !walls.is_empty() {
-                    let end = corners.of_end(triangles, coping, reach);
-                    let ends = |c: &DVec3| end.contains(&position_key(*c));
-                    walls.retain(|&wall| !triangles[wall as usize].corners.iter().any(ends));
-                }
-                walls.into_iter().map(move |wall| (wall, coping as u32))
-            })
-            .collect();
-        let mut screens = Screens {
-            near,
-            ..Screens::default()
-        };
-        if !pairs.is_empty() {
+        let before = Before::new(triangles, wall_tree, coping_tree.slots(), frame);
+        // Those that follow each other lie near each other.
+        let chunks = (triangles[coping_tree.slots()].par_chunks(CHUNK))
+            .map(|chunk| before.walls(chunk))
+            .collect::<Vec<_>>();
+        if chunks.iter().any(|found| !found.is_empty()) {
             screens.is_hidden = vec![false; wall_tree.slots().end];
         }
-        for (wall, coping) in pairs {
+        for wall in chunks.into_iter().flatten() {
             screens.is_hidden[wall as usize] = true;
-            screens.before.entry(wall).or_default().push(coping);
         }
         screens
     }
 
-    /// Whether the way from `p` to the point of a wall triangle leads out of the part
-    /// through coping.
+    /// Whether coping may hide the wall triangle in a slot.
     #[inline]
-    pub fn hide(&self, triangles: &[Triangle], slot: usize, p: DVec3, point: DVec3) -> bool {
-        let hidden = self.is_hidden.get(slot).is_some_and(|hidden| *hidden);
-        hidden && self.leaves(triangles, slot, p, point)
-    }
-
-    fn leaves(&self, triangles: &[Triangle], slot: usize, p: DVec3, point: DVec3) -> bool {
-        let before = self.before.get(&(slot as u32));
-        before.into_iter().flatten().any(|&coping| {
-            let coping = &triangles[coping as usize];
-            let normal = coping.normal();
-            let height = |x: DVec3| normal.dot(x - coping.corners[0]);
-            let (behind, ahead) = (-height(p), height(point));
-            if behind < -self.near || ahead <= self.near {
-                return false;
-            }
-            let through = p.lerp(point, (behind / (behind + ahead)).max(0.0));
-            coping.closest(through).square <= self.near * self.near
-        })
+    pub fn may_hide(&self, slot: usize) -> bool {
+        self.is_hidden.get(slot).is_some_and(|hidden| *hidden)
     }
 }
 
 /// Screens with the triangles they speak of.
+#[derive(Clone, Copy)]
 pub(super) struct Screened<'a> {
     pub screens: &'a Screens,
     pub triangles: &'a [Triangle],
+    pub coping_tree: &'a Tree,
+    pub frame: Frame,
+}
+
+impl Screened<'_> {
+    /// Whether the way from `p` to the point of a wall leaves the part through coping.
+    fn leaves(&self, wall: &Triangle, p: DVec3, point: DVec3) -> bool {
+        let near = NEAR / self.frame.scale;
+        let ends = [p, point].map(|x| self.frame.to_tree(x));
+        let low = ends[0].min(ends[1]) - 2.0 * NEAR;
+        let high = ends[0].max(ends[1]) + 2.0 * NEAR;
+        let mut leaves = false;
+        let about = |l: DVec3, h: DVec3| l.cmple(high).all() && h.cmpge(low).all();
+        self.coping_tree.visit_boxes(about, |coping| {
+            let coping = &self.triangles[coping];
+            let normal = coping.normal();
+            let height = |x: DVec3| normal.dot(x - coping.corners[0]);
+            let (behind, ahead) = (-height(p), height(point));
+            if leaves || behind < -near || ahead <= near {
+                return;
+            }
+            let through = p.lerp(point, (behind / (behind + ahead)).max(0.0));
+            leaves = coping.closest(through).square <= near * near
+                && !self.is_of_end(wall, point, p.distance(point), normal);
+        });
+        leaves
+    }
+
+    /// Whether a wall touches the end that coping of such a normal is of, no farther than
+    /// `reach` from a point.
+    fn is_of_end(&self, wall: &Triangle, point: DVec3, reach: f64, normal: DVec3) -> bool {
+        let mut found = false;
+        nearest::each_near(self.coping_tree, self.frame, point, reach, |coping| {
+            let coping = &self.triangles[coping];
+            found |= coping.corners.iter().any(|c| wall.corners.contains(c))
+                && coping.normal().dot(normal) > SAME_END;
+        });
+        found
+    }
 }
 
 impl Hiding for Screened<'_> {
@@ -129,149 +126,6 @@ impl Hiding for Screened<'_> {
 
     #[inline]
     fn hides(&self, slot: usize, p: DVec3, point: DVec3) -> bool {
-        self.screens.hide(self.triangles, slot, p, point)
+        self.screens.may_hide(slot) && self.leaves(&self.triangles[slot], p, point)
     }
-}
-
-/// Coping triangles by the places of their corners.
-struct Corners {
-    at: FxHashMap<[u64; 3], SmallVec<[u32; 8]>>,
-}
-
-impl Corners {
-    fn new(triangles: &[Triangle], coping: Range<usize>) -> Corners {
-        let mut at: FxHashMap<[u64; 3], SmallVec<[u32; 8]>> = FxHashMap::default();
-        for slot in coping {
-            for corner in triangles[slot].corners {
-                at.entry(position_key(corner))
-                    .or_default()
-                    .push(slot as u32);
-            }
-        }
-        Corners { at }
-    }
-
-    /// Places of the corners of the end of a wall that a coping triangle is part of: of
-    /// coping that hangs together with it and faces where it does. Facets of a rim lean
-    /// to and fro, and one before the other hides nothing. No farther away than a few
-    /// times `near`.
-    fn of_end(&self, triangles: &[Triangle], coping: usize, near: f64) -> FxHashSet<[u64; 3]> {
-        let normal = triangles[coping].normal();
-        let middle = middle(triangles[coping].corners);
-        let mut found = FxHashSet::default();
-        let mut seen: FxHashSet<u32> = [coping as u32].into_iter().collect();
-        let mut open = vec![coping as u32];
-        while let Some(slot) = open.pop() {
-            for corner in triangles[slot as usize].corners {
-                let key = position_key(corner);
-                if corner.distance(middle) > 4.0 * near || !found.insert(key) {
-                    continue;
-                }
-                for &other in self.at.get(&key).into_iter().flatten() {
-                    let faces_there = triangles[other as usize].normal().dot(normal) > SAME_END;
-                    if faces_there && seen.insert(other) {
-                        open.push(other);
-                    }
-                }
-            }
-        }
-        found
-    }
-}
-
-/// The search for walls before one coping triangle.
-struct Search<'a> {
-    triangles: &'a [Triangle],
-    wall_tree: &'a Tree,
-    frame: Frame,
-    coping: &'a Triangle,
-    normal: DVec3,
-    near: f64,
-}
-
-impl Search<'_> {
-    /// Slots of wall triangles that are nearer to some point of the coping, on its
-    /// outer side, than the walls it closes are, and perhaps of others; with a distance
-    /// from the coping's middle within which all of them have points.
-    fn walls_before(&self) -> (Vec<u32>, f64) {
-        let mut found = Vec::new();
-        let mut farthest = 0.0_f64;
-        let whole = middle(self.coping.corners);
-        let mut open = vec![(self.coping.corners, 0.0, 0)];
-        while let Some((corners, room, halvings)) = open.pop() {
-            let middle = middle(corners);
-            let reach = corners.map(|c| c.distance(middle)).into_iter();
-            let reach = reach.fold(0.0, f64::max);
-            let own = self.own_distance(middle);
-            // All points of the piece are closer than `reach` to its middle.
-            let radius = own + 2.0 * reach;
-            if !radius.is_finite() || !self.has_walls_before(middle, radius) {
-                continue;
-            }
-            let room = own.max(room);
-            if reach <= room || halvings == HALVINGS {
-                self.each_before(middle, radius, |wall| found.push(wall));
-                farthest = farthest.max(whole.distance(middle) + radius);
-                continue;
-            }
-            let side = |i: usize| corners[i].distance_squared(corners[(i + 1) % 3]);
-            let longest = (0..3)
-                .max_by(|&i, &j| side(i).total_cmp(&side(j)))
-                .unwrap_or(0);
-            let [a, b, c] = [0, 1, 2].map(|k| corners[(longest + k) % 3]);
-            let half = a.midpoint(b);
-            open.push(([a, half, c], room, halvings + 1));
-            open.push(([half, b, c], room, halvings + 1));
-        }
-        found.sort_unstable();
-        found.dedup();
-        (found, farthest)
-    }
-
-    fn height(&self, x: DVec3) -> f64 {
-        self.normal.dot(x - self.coping.corners[0])
-    }
-
-    /// Distance of a point of the coping to the walls that are not before it.
-    fn own_distance(&self, p: DVec3) -> f64 {
-        nearest::search(
-            self.wall_tree,
-            self.triangles,
-            self.frame,
-            p,
-            Best::none(),
-            self,
-        )
-        .distance
-    }
-
-    fn has_walls_before(&self, p: DVec3, radius: f64) -> bool {
-        let mut any = false;
-        self.each_before(p, radius, |_| any = true);
-        any
-    }
-
-    fn each_before(&self, p: DVec3, radius: f64, mut visit: impl FnMut(u32)) {
-        nearest::each_near(self.wall_tree, self.frame, p, radius, |slot| {
-            let wall = &self.triangles[slot];
-            if wall.corners.iter().any(|&c| self.height(c) > self.near) {
-                visit(slot as u32);
-            }
-        });
-    }
-}
-
-/// What is before the coping.
-impl Hiding for Search<'_> {
-    fn may_hide(&self, _: Range<usize>) -> bool {
-        true
-    }
-
-    fn hides(&self, _: usize, _: DVec3, point: DVec3) -> bool {
-        self.height(point) > self.near
-    }
-}
-
-fn middle(corners: [DVec3; 3]) -> DVec3 {
-    (corners[0] + corners[1] + corners[2]) / 3.0
 }

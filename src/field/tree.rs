@@ -23,6 +23,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use smallvec::SmallVec;
 
 /// Children a node.
 pub(super) const WIDTH: usize = 8;
@@ -293,6 +294,30 @@ impl Tree {
     pub fn leaf_slots(&self, leaf: Child) -> Range<usize> {
         let first = self.firsts[leaf.block()] as usize;
         first..first + leaf.count()
+    }
+
+    /// Visits the slots of the triangles of all leaves in boxes that are wanted, which
+    /// come as their lower and upper corners in tree units.
+    pub fn visit_boxes(
+        &self,
+        is_wanted: impl Fn(DVec3, DVec3) -> bool,
+        mut visit: impl FnMut(usize),
+    ) {
+        let mut open: SmallVec<[Child; 64]> = SmallVec::new();
+        open.extend((!self.nodes.is_empty()).then_some(Child::ROOT));
+        while let Some(child) = open.pop() {
+            if child.is_leaf() {
+                self.leaf_slots(child).for_each(&mut visit);
+                continue;
+            }
+            let node = &self.nodes[child.index()];
+            for lane in (0..WIDTH).take_while(|lane| node.child[*lane] != Child::EMPTY) {
+                let (low, high) = node.bounds(lane);
+                if is_wanted(low, high) {
+                    open.push(node.child[lane]);
+                }
+            }
+        }
     }
 
     /// Visits the leaves whose box is within `limit`, near ones first.

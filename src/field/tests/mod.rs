@@ -18,7 +18,7 @@ fn faces(field: &Field, coping: bool) -> impl Iterator<Item = FaceId> {
 /// Whether a wall point lies beyond coping. Which coping is asked is not in question here.
 fn is_hidden(field: &Field, p: DVec3, foot: &Footpoint) -> bool {
     let slot = field.slots[foot.face.index()] as usize;
-    !field.is_coping(foot.face) && field.screens.hide(&field.triangles, slot, p, foot.point)
+    !field.is_coping(foot.face) && field.screened().hides(slot, p, foot.point)
 }
 
 fn nearest(field: &Field, p: DVec3, coping: bool) -> Option<Footpoint> {
