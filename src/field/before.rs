@@ -18,10 +18,10 @@ use super::triangle::Triangle;
 /// A coping triangle is halved so often at most, to be looked at piece by piece.
 const HALVINGS: u32 = 12;
 
-/// Cosine of the angle between a wall's normal and that of coping beyond which they
-/// face each other: a rib's end that leans over its foot by six degrees does not face
-/// the wall that it stands on.
-const FACING: f64 = -0.1;
+/// Cosine of the angle between normals of a wall and of coping from which one stands
+/// across the way out of the other: a rib's end that leans by six degrees does not lead
+/// to the wall that it stands on.
+const ACROSS: f64 = 0.1;
 
 /// All walls, and coping by the places of its corners.
 pub(super) struct Before<'a> {
@@ -64,8 +64,8 @@ impl<'a> Before<'a> {
     }
 
     /// Slots of wall triangles on the outer side of coping triangles that are nearer to
-    /// some point of one than the walls that it closes, and face it, or meet one that
-    /// does; and perhaps of others.
+    /// some point of one than the walls that it closes, and stand across the way out of
+    /// it, or meet one that does; and perhaps of others.
     pub fn walls(&self, copings: &[Triangle]) -> Vec<u32> {
         let mut found = Vec::new();
         let mut hint = None;
@@ -87,16 +87,16 @@ impl<'a> Before<'a> {
             let own = self.own_distance(coping, middle, hint);
             // All points of the piece are closer than `reach` to its middle.
             let radius = own + 2.0 * reach;
-            let faces = |wall: u32| self.faces(coping, wall);
-            let facing = self.all_before(coping, middle, radius, faces);
-            if facing.is_empty() {
+            let across = |wall: u32| self.is_across(coping, wall);
+            let across = self.all_before(coping, middle, radius, across);
+            if across.is_empty() {
                 continue;
             }
             let room = own.max(room);
             if reach <= room || halvings == HALVINGS {
                 let corners = |wall: u32| self.triangles[wall as usize].corners.map(position_key);
-                let faced: FxHashSet<_> = facing.into_iter().flat_map(corners).collect();
-                let meets = |wall: u32| corners(wall).iter().any(|at| faced.contains(at));
+                let ends: FxHashSet<_> = across.into_iter().flat_map(corners).collect();
+                let meets = |wall: u32| corners(wall).iter().any(|at| ends.contains(at));
                 found.extend(self.all_before(coping, middle, radius, meets));
                 continue;
             }
@@ -148,15 +148,14 @@ impl<'a> Before<'a> {
         found
     }
 
-    /// Whether a wall faces the coping, which is on its outer side, or coping about it
-    /// does, across a slit.
-    fn faces(&self, coping: &Coping, wall: u32) -> bool {
+    /// Whether a wall stands across the way out of the coping, or coping about it does, at
+    /// the other side of a slit.
+    fn is_across(&self, coping: &Coping, wall: u32) -> bool {
         let [a, b, c] = self.triangles[wall as usize].corners;
         let normal = (b - a).cross(c - a);
-        let faces = |normal: DVec3| normal.dot(coping.normal) < FACING * normal.length();
-        let outside = |p: &DVec3| normal.dot(*p - a) > coping.near * normal.length();
-        (faces(normal) && coping.triangle.corners.iter().any(outside))
-            || self.touches[wall as usize] && self.coping_about(wall).any(faces)
+        normal.dot(coping.normal).abs() > ACROSS * normal.length()
+            || self.touches[wall as usize]
+                && (self.coping_about(wall)).any(|other| other.dot(coping.normal) < -ACROSS)
     }
 
     /// Normals of coping that has a corner of a wall triangle.
