@@ -34,7 +34,8 @@ use crate::settings::progress::{Stop, Stopped};
 /// Which filters are on; all of them, except to measure what each is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Filters {
-    /// Cells along a box of the bounding box filter: a power of two, 8 or more.
+    /// Cells along a box of the bounding box filter: 8 to 1024, other numbers count as the
+    /// next power of two of these.
     pub box_cells: i32,
     /// Use the side of the box's centre.
     pub signed: bool,
@@ -49,6 +50,14 @@ impl Default for Filters {
             signed: true,
             octree: true,
         }
+    }
+}
+
+impl Filters {
+    /// Cells along a box, a power of two, one block or more.
+    fn box_side(&self) -> i32 {
+        let wanted = self.box_cells.clamp(SIDE, 1024);
+        wanted.unsigned_abs().next_power_of_two().cast_signed()
     }
 }
 
@@ -93,7 +102,7 @@ impl Band {
         tick: impl Fn(u64, u64) + Sync,
         stop: &Stop,
     ) -> Result<Band, Stopped> {
-        let side = filters.box_cells;
+        let side = filters.box_side();
         let nodes = grid.cells() + 1;
         let boxes = (nodes + side - 1) / side;
         let total = boxes.as_i64vec3().element_product() as u64;
@@ -228,7 +237,7 @@ impl<I: Implicit> Search<'_, I> {
     }
 
     fn top_box(&mut self, low: IVec3) {
-        let side = self.filters.box_cells;
+        let side = self.filters.box_side();
         let centre = self.sample(low + side / 2, 0);
         self.counts.box_tests += 1;
         let reach = self.reach(low, side);

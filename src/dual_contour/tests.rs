@@ -217,10 +217,18 @@ impl Implicit for Liar {
 fn contradictions_leave_no_hole() {
     let bounds = Bounds::of([DVec3::ZERO, DVec3::splat(24.0)]);
     let liar = Liar(Grid::around(&bounds, 1.0, Precision::Double).unwrap());
-    for octree in [false, true] {
+    // Any number of cells will do for a box.
+    for (octree, box_cells) in [
+        (false, 32),
+        (true, 32),
+        (true, 0),
+        (true, 12),
+        (true, i32::MAX),
+    ] {
         let settings = Settings {
             tolerance: 1e-3,
             filters: Filters {
+                box_cells,
                 octree,
                 ..Filters::default()
             },

@@ -51,7 +51,7 @@ pub enum PartError {
         vertices: usize,
     },
     /// NaN or an infinity.
-    #[error("vertex {vertex} has a coordinate that is no finite number: ({}, {}, {})", position.x, position.y, position.z)]
+    #[error("vertex {vertex} has a coordinate that is no finite number: ({:e}, {:e}, {:e})", position.x, position.y, position.z)]
     #[diagnostic(help("repair the vertex in the tool that wrote the mesh"))]
     NotFinite {
         /// The vertex.

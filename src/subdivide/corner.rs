@@ -144,7 +144,7 @@ fn normal(cage: &Cage, sector: &Sector, span: f64) -> Option<DVec3> {
     let cross = match sector.rule {
         Rule::Smooth => inside(&edges, &faces),
         Rule::Dart => dart::normal(&edges, &faces),
-        Rule::Crease if faces.len() > 1 => beside(&edges, &faces),
+        Rule::Crease if faces.len() > 1 && !sector.closed => beside(&edges, &faces),
         Rule::Crease | Rule::Corner => {
             let next = |k: usize| edges[(k + 1) % edges.len()];
             (0..faces.len()).map(|k| edges[k].cross(next(k))).sum()

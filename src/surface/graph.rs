@@ -433,6 +433,10 @@ impl<'s> Measure<'s> {
             (0..count as u32).filter(|&n| sets.find(n) == n).count()
         };
         let fan_count = roots(&mut fans, 3 * self.triangles.len());
+        let mut used = vec![false; vertices];
+        for &v in self.triangles.iter().flatten() {
+            used[v as usize] = true;
+        }
         let of_kind = |kind| surface.borders().iter().filter(|b| b.kind == kind).count();
         let degenerate = |c: &&[u32; 3]| {
             let [p, q, r] = c.map(|v| self.at(v));
@@ -458,7 +462,8 @@ impl<'s> Measure<'s> {
             cracks,
             irregular_edges: surface.seams().iter().map(|s| s.unmarked).sum(),
             creases: surface.creases().len(),
-            pinches: fan_count - vertices,
+            // A vertex without triangles has no fan.
+            pinches: fan_count - used.iter().filter(|used| **used).count(),
             non_orientable_sheets: sheets.iter().filter(|s| !s.orientable).count(),
             degenerate_triangles: self.triangles.iter().filter(degenerate).count(),
             lone_feet: (surface.vertices().iter())

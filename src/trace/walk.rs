@@ -74,20 +74,20 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Adds the work of another walk.
+    /// Adds the work of another walk, which a file may tell of.
     pub fn add(&mut self, other: &Counts) {
         let asked = |c: &Counts| c.queries_per_edge * c.edges as f64;
-        let edges = (self.edges + other.edges).max(1) as f64;
+        let edges = (self.edges.saturating_add(other.edges)).max(1) as f64;
         self.queries_per_edge = (asked(self) + asked(other)) / edges;
-        self.cells += other.cells;
-        self.tetrahedra += other.tetrahedra;
-        self.faces += other.faces;
-        self.edges += other.edges;
-        self.queries += other.queries;
-        self.lost += other.lost;
-        self.matched += other.matched;
-        self.torn += other.torn;
-        self.unsettled += other.unsettled;
+        self.cells = self.cells.saturating_add(other.cells);
+        self.tetrahedra = self.tetrahedra.saturating_add(other.tetrahedra);
+        self.faces = self.faces.saturating_add(other.faces);
+        self.edges = self.edges.saturating_add(other.edges);
+        self.queries = self.queries.saturating_add(other.queries);
+        self.lost = self.lost.saturating_add(other.lost);
+        self.matched = self.matched.saturating_add(other.matched);
+        self.torn = self.torn.saturating_add(other.torn);
+        self.unsettled = self.unsettled.saturating_add(other.unsettled);
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) fn stream(
     let (done, finished) = channel();
     thread::scope(|scope| {
         let (stop, at) = (&stop, &at);
-        scope.spawn(move || {
+        let run = move || {
             let progress = |stage, done, expected| {
                 if let Ok(mut at) = at.lock() {
                     *at = (stage, done, expected);
@@ -35,7 +35,9 @@ pub(super) fn stream(
             let result = work(&progress, stop);
             // Nobody listens any more once the reader has gone.
             let _ = done.send(result);
-        });
+        };
+        // A thread refused drops the sender, which is told below as breaking off.
+        let _ = thread::Builder::new().spawn_scoped(scope, run);
         loop {
             let (line, last) = match finished.recv_timeout(BEAT) {
                 Err(RecvTimeoutError::Timeout) => {

@@ -72,11 +72,15 @@ impl Server {
                 }
                 let Ok(stream) = stream else { continue };
                 if open.fetch_add(1, Ordering::Relaxed) < CONNECTIONS {
-                    scope.spawn(|| {
+                    let serve = || {
                         // One that breaks off asks for nothing more.
                         let _ = self.serve(stream);
                         open.fetch_sub(1, Ordering::Relaxed);
-                    });
+                    };
+                    // Without a thread for it the connection is closed, as one too many is.
+                    if thread::Builder::new().spawn_scoped(scope, serve).is_err() {
+                        open.fetch_sub(1, Ordering::Relaxed);
+                    }
                 } else {
                     open.fetch_sub(1, Ordering::Relaxed);
                 }

@@ -217,6 +217,10 @@ fn builds_of_3mf_in_millimetres() {
         ("<item objectid='1' transform='1 2'/>", "transform"),
         ("<item objectid='1' p:path='/3D/a.model'/>", "a.model"),
         ("<item/>", "objectid"),
+        (
+            "<item objectid='1' transform='1e300 0 0 0 1e300 0 0 0 1e300 1e308 1e308 1e308'/>",
+            "beyond all numbers",
+        ),
         ("", "no faces"),
     ] {
         let message = read(build).unwrap_err().to_string();

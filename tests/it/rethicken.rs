@@ -395,6 +395,12 @@ fn a_ply_with_a_bad_radius_is_refused() {
         format!("{header}0 0 0 1\n1 0 0 nan\n0 1 0 1\n3 0 1 2\n"),
     );
     refuses(&desk, &["mid.ply"], &["not a finite number"]);
+    // A thickness of twice as much is none.
+    desk.put(
+        "mid.ply",
+        format!("{header}0 0 0 1\n1 0 0 1e308\n0 1 0 1\n3 0 1 2\n"),
+    );
+    refuses(&desk, &["mid.ply"], &["of vertex 1"]);
 }
 
 /// A plate with a rib of another thickness: three triangles at an edge.

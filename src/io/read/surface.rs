@@ -139,7 +139,8 @@ pub fn read_surface(file: &Path, table: Option<&Path>) -> Result<LoadedSurface, 
             });
         }
     };
-    let bad = |r: &f64| !(r.is_finite() && *r >= 0.0);
+    // Twice the radius is a thickness.
+    let bad = |r: &f64| !((2.0 * r).is_finite() && *r >= 0.0);
     if let Some(vertex) = radii.iter().position(bad) {
         return Err(SurfaceReadError::BadRadius {
             file: radius.file().into(),

@@ -373,6 +373,12 @@ impl Out {
         let first = self.points.len() as u32;
         let placed = object.points.iter().map(|&p| by.turn * p + by.shift);
         self.points.extend(placed);
+        if !self.points[first as usize..].iter().all(|p| p.is_finite()) {
+            return Err(syntax(format!(
+                "object {} is placed beyond all numbers",
+                id.1
+            )));
+        }
         let mut groups: Vec<Vec<String>> = vec![Vec::new(); object.triangles.len()];
         for (name, set) in &object.sets {
             for &triangle in set {
