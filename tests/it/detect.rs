@@ -74,6 +74,14 @@ fn the_end_of_a_flush_tab_is_cut_from_the_wall_in_its_plane() {
     assert_eq!(found(&mesh), truth);
 }
 
+/// A wall that ends half a millimetre before another, at a thickness of two: what is beyond
+/// the gap is not its end going on.
+#[test]
+fn the_end_of_a_wall_before_another_is_coping() {
+    let (mesh, coping) = fixture_part("placed/clip");
+    assert_eq!(found(&mesh), coping);
+}
+
 /// A disc with a hole of eight chords, whose rim has a ring of vertices half way, turned by half a
 /// chord: its triangles lean to and fro.
 #[test]

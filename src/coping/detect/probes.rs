@@ -37,9 +37,13 @@ const NARROW_FROM: f64 = -2.5;
 const ENDS_FROM: f64 = -1.5;
 
 /// How far beyond each end of a chord, in chords, the surface must be gone, and
-/// by how much.
-const BEYOND: f64 = 0.25;
-const GONE: f64 = 0.12;
+/// by how much of that: past a rounded edge, or before a gap beyond which another wall
+/// goes on in the same plane.
+const BEYOND: [f64; 2] = [0.25, 0.075];
+const GONE: f64 = 0.48;
+
+/// Cosine between a surface's normal and the way to it.
+const LOOKS_BACK: f64 = -0.7;
 
 /// Height over the face, in chords, at which a neighbour that rises from it
 /// is looked for.
@@ -324,10 +328,15 @@ impl Looker<'_> {
         let width = chord.width();
         let ways = [chord.direction, -chord.direction];
         ways.iter().zip(chord.lengths).all(|(&way, length)| {
-            let beyond = p + (length + BEYOND * width) * way;
+            let is_gone = |beyond: f64| {
+                let place = p + (length + beyond * width) * way;
+                let (distance, _, other) = self.surface.nearest(place, self.sample.face);
+                // What looks back is another wall, across a gap.
+                distance > GONE * beyond * width
+                    || self.surface.normals[other as usize].dot(way) < LOOKS_BACK
+            };
             let above = p + LIFT * width * n;
-            self.surface.nearest(beyond, self.sample.face).0 > GONE * width
-                && self.surface.ray(above, way, 0.5 * length).is_none()
+            BEYOND.into_iter().any(is_gone) && self.surface.ray(above, way, 0.5 * length).is_none()
         })
     }
 
