@@ -94,9 +94,9 @@ impl<'a> Before<'a> {
             }
             let room = own.max(room);
             if reach <= room || halvings == HALVINGS {
-                let corners = |wall: u32| self.triangles[wall as usize].corners.map(position_key);
-                let ends: FxHashSet<_> = across.into_iter().flat_map(corners).collect();
-                let meets = |wall: u32| corners(wall).iter().any(|at| ends.contains(at));
+                let places = |wall: u32| self.triangles[wall as usize].corners.map(position_key);
+                let known: FxHashSet<_> = across.into_iter().flat_map(places).collect();
+                let meets = |wall: u32| places(wall).iter().any(|at| known.contains(at));
                 found.extend(self.all_before(coping, middle, radius, meets));
                 continue;
             }
@@ -120,8 +120,8 @@ impl<'a> Before<'a> {
         best.distance
     }
 
-    /// Wall triangles wanted of those that reach before the coping, with boxes no farther
-    /// from a point than `radius`.
+    /// Wall triangles wanted of those that reach before the coping, no farther from a point
+    /// than `radius`.
     fn all_before(
         &self,
         coping: &Coping,
@@ -130,19 +130,23 @@ impl<'a> Before<'a> {
         is_wanted: impl Fn(u32) -> bool,
     ) -> Vec<u32> {
         let mut found = Vec::new();
-        let p = self.frame.to_tree(p);
-        let radius = radius * self.frame.scale + NEAR;
         // Coping without a wall closes none.
         if !radius.is_finite() {
             return found;
         }
+        let middle = self.frame.to_tree(p);
+        let reach = radius * self.frame.scale + NEAR;
         let near = |low: DVec3, high: DVec3| {
-            let away = (low - p).max(p - high).max(DVec3::ZERO);
-            away.length_squared() <= radius * radius && coping.may_be_passed_by(low, high)
+            let away = (low - middle).max(middle - high).max(DVec3::ZERO);
+            away.length_squared() <= reach * reach && coping.may_be_passed_by(low, high)
         };
-        self.wall_tree.visit_boxes(near, |wall| {
-            if coping.is_passed_by(&self.triangles[wall]) && is_wanted(wall as u32) {
-                found.push(wall as u32);
+        self.wall_tree.visit_boxes(near, |slot| {
+            let wall = &self.triangles[slot];
+            if coping.is_passed_by(wall)
+                && is_wanted(slot as u32)
+                && wall.closest(p).square <= radius * radius
+            {
+                found.push(slot as u32);
             }
         });
         found

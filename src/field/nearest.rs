@@ -129,8 +129,7 @@ pub(super) fn search(
                 near &= near - 1;
                 best.offer_unless(triangles, slot, p, |point| hiding.hides(slot, p, point));
             }
-            limit = limit.min(query.limit(best.distance));
-            return limit;
+            return limit.min(query.limit(best.distance));
         }
         let nearest = squares.min_element();
         if nearest < least {

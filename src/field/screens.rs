@@ -64,12 +64,6 @@ impl Screens {
         }
         screens
     }
-
-    /// Whether coping may hide the wall triangle in a slot.
-    #[inline]
-    pub fn may_hide(&self, slot: usize) -> bool {
-        self.is_hidden.get(slot).is_some_and(|hidden| *hidden)
-    }
 }
 
 /// Screens with the triangles they speak of.
@@ -112,7 +106,8 @@ impl Screened<'_> {
         nearest::each_near(self.coping_tree, self.frame, point, reach, |coping| {
             let coping = &self.triangles[coping];
             found |= coping.corners.iter().any(|c| wall.corners.contains(c))
-                && coping.normal().dot(normal) > SAME_END;
+                && coping.normal().dot(normal) > SAME_END
+                && coping.closest(point).square <= reach * reach;
         });
         found
     }
@@ -126,6 +121,7 @@ impl Hiding for Screened<'_> {
 
     #[inline]
     fn hides(&self, slot: usize, p: DVec3, point: DVec3) -> bool {
-        self.screens.may_hide(slot) && self.leaves(&self.triangles[slot], p, point)
+        self.screens.is_hidden.get(slot) == Some(&true)
+            && self.leaves(&self.triangles[slot], p, point)
     }
 }

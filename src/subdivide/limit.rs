@@ -468,34 +468,3 @@ fn regular(mesh: &Quads, face: usize) -> Patch {
         size: 1.0,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::{Cage, Tags};
-    use super::*;
-
-    /// Two semi-sharp edges at a vertex make no way through its faces.
-    #[test]
-    fn creases_that_will_decay_end_no_sector() {
-        let positions = (0..8)
-            .map(|k| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)))
-            .collect();
-        let faces = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ]
-        .map(|f| f.into_iter().collect());
-        let creases = vec![([0, 1], 1.0), ([0, 2], 0.5)];
-        let tags = Tags {
-            creases,
-            ..Tags::default()
-        };
-        let cage = Cage::new(positions, &faces).unwrap().tagged(&tags).unwrap();
-        let surface = LimitSurface::new(Quads::new(cage).unwrap(), Boundary::default()).unwrap();
-        assert!(surface.normals().iter().all(|n| n.is_finite()));
-    }
-}

@@ -40,6 +40,15 @@ fn surface(cage: &Cage) -> LimitSurface {
     LimitSurface::new(mesh, Boundary::default()).expect("small")
 }
 
+/// Semi-sharp edges part no sector of a limit surface, though two of them meet at a vertex.
+#[test]
+fn creases_that_will_decay_end_no_sector() {
+    let creases = around_face(&cage("cube"), 0, 1.0);
+    let mesh = Quads::new(creased("cube", &creases, &[])).expect("quadrilaterals");
+    let surface = LimitSurface::new(mesh, Boundary::default()).expect("small");
+    assert!(surface.normals().iter().all(|n| n.is_finite()));
+}
+
 /// Tagged cages of every kind of vertex: creases, darts, corners of one sector
 /// and of several, a sharp vertex on no crease, and creases that end at a
 /// boundary.
